@@ -1,0 +1,1 @@
+"""What was recorded: trajectories, MCAP bags and the run directory."""

@@ -1,0 +1,1 @@
+"""The learning core: Gaussian-process policy search with max-margin costs (numpy and scipy only)."""

@@ -1,0 +1,1 @@
+"""Simulated robots (MuJoCo) under the topic names of the real ones."""
