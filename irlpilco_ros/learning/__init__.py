@@ -1,1 +1,1 @@
-"""The learning core: Gaussian-process policy search with max-margin costs (numpy and scipy only)."""
+"""The learning core: Gaussian-process policy search with max-margin costs."""
