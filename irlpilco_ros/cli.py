@@ -1,0 +1,68 @@
+"""The command `irlpilco`: everything one does with a run, also where there is no `ros2` command."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+
+from irlpilco_ros.commands import demo, inspect, learn, recover, report, train
+from irlpilco_ros.learning.errors import IrlPilcoError
+
+COMMANDS = (demo, learn, train, report, inspect, recover)
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""
+
+TERMINATED = 143
+"""Exit code after SIGTERM (128 + SIGTERM)."""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser with one subparser per command; each sets `run(arguments) -> int`."""
+    parser = argparse.ArgumentParser(
+        prog="irlpilco",
+        description="One-shot apprenticeship learning for a velocity-controlled robot (IRL/PILCO).",
+        epilog="Start with `irlpilco demo`; `irlpilco COMMAND --help` is a page for each command.",
+    )
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        command.add_parser(subparsers)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Returns:
+        0 if the command did what was asked, 1 if it says on stderr why not, 2 for wrong usage,
+        130 after Ctrl-C, 143 after SIGTERM.
+    """
+    arguments = build_parser().parse_args(argv)
+    signal.signal(signal.SIGTERM, _exit_on_sigterm)
+    try:
+        code: int = arguments.run(arguments)
+        sys.stdout.flush()
+        return code
+    except IrlPilcoError as error:
+        print(f"irlpilco: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("irlpilco: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read the output (`| head`) has enough; a second complaint at exit is noise.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _exit_on_sigterm(_signal: int, _frame: FrameType | None) -> None:
+    """Unwind, so that whatever the command started is stopped on the way out."""
+    raise SystemExit(TERMINATED)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The subcommands of `irlpilco`, one file each, and what they share."""
