@@ -1,0 +1,98 @@
+"""What the controller and the learner must know about a robot: joints, limits, rates.
+
+A second robot is a second YAML file with these keys (see config/baxter.yaml), not new code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.settings import check, setting
+
+
+@dataclass(frozen=True)
+class RobotSettings:
+    """Joints, limits and rates of one robot; J joints in the order of the state [q, q_dot].
+
+    Raises:
+        InvalidSettingError: a list has another length than `joints`, a joint is named twice,
+            or a lower limit is not below its upper limit.
+    """
+
+    joints: tuple[str, ...] = setting(
+        (), "Names of the joints that are learned and moved, in the order of the state."
+    )
+    position_lower: tuple[float, ...] = setting(
+        (), "Lower position limit of each joint.", unit="rad"
+    )
+    position_upper: tuple[float, ...] = setting(
+        (), "Upper position limit of each joint.", unit="rad"
+    )
+    velocity_limit: tuple[float, ...] = setting(
+        (), "Largest speed of each joint; larger commands are refused.", unit="rad/s", minimum=0.0
+    )
+    effort_limit: tuple[float, ...] = setting(
+        (),
+        "Largest effort of each joint; needed only if command_interface is 'effort'.",
+        unit="Nm",
+        minimum=0.0,
+    )
+    command_interface: str = setting(
+        "velocity",
+        "What joint_command carries: joint velocities or joint efforts.",
+        choices=("velocity", "effort"),
+    )
+    control_period: float = setting(
+        0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
+    )
+    horizon: int = setting(16, "Number of decisions in a trial.", minimum=1, maximum=10_000)
+
+    def __post_init__(self) -> None:
+        check(self)
+        self._check_lengths()
+        if len(set(self.joints)) != len(self.joints):
+            raise InvalidSettingError(f"RobotSettings.joints names a joint twice: {self.joints}")
+        limits = zip(self.joints, self.position_lower, self.position_upper, strict=True)
+        for joint, lower, upper in limits:
+            if lower >= upper:
+                raise InvalidSettingError(
+                    f"position limits of joint {joint} are [{lower}, {upper}] [rad]; "
+                    "expected position_lower < position_upper"
+                )
+
+    def _check_lengths(self) -> None:
+        if not self.joints:
+            raise InvalidSettingError(
+                "RobotSettings.joints is empty; name the robot's joints, for example by loading "
+                "config/baxter.yaml (--ros-args --params-file config/baxter.yaml)"
+            )
+        names = ["position_lower", "position_upper", "velocity_limit"]
+        if self.command_interface == "effort":
+            names.append("effort_limit")
+        for name in names:
+            length = len(getattr(self, name))
+            if length != len(self.joints):
+                raise InvalidSettingError(
+                    f"RobotSettings.{name} has {length} values for {len(self.joints)} joints; "
+                    "expected one for each of RobotSettings.joints"
+                )
+
+    @property
+    def lower(self) -> NDArray[np.float64]:
+        """Lower position limits (J,) [rad]."""
+        return np.array(self.position_lower)
+
+    @property
+    def upper(self) -> NDArray[np.float64]:
+        """Upper position limits (J,) [rad]."""
+        return np.array(self.position_upper)
+
+    @property
+    def control_limit(self) -> NDArray[np.float64]:
+        """Largest control (J,): [rad/s] for the velocity interface, [Nm] for effort."""
+        effort = self.command_interface == "effort"
+        return np.array(self.effort_limit if effort else self.velocity_limit)

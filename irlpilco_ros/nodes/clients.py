@@ -1,0 +1,188 @@
+"""Calls of other nodes with a time limit and errors that a person can read.
+
+Every call comes in two forms: `await` it inside an async callback (the node stays responsive), or
+let it block where nobody else spins the node (the command line).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import rclpy
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.client import Client
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from irlpilco_ros.learning.errors import IrlPilcoError
+
+_POLL = 0.05  # [s] between two looks whether a service is there
+
+
+class ServiceError(IrlPilcoError):
+    """A service is not there, did not answer in time, or refused."""
+
+
+class Clients:
+    """The services that one node calls.
+
+    Names are relative, so that remapping the caller's namespace reaches the right nodes.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Make calls as this node, in a callback group of their own."""
+        self._node = node
+        self._group = ReentrantCallbackGroup()
+        self._clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._clients: dict[tuple[str, type], Client] = {}
+
+    async def call(
+        self, service_type: type, name: str, request: Any, timeout: float, wait: float = 5.0
+    ) -> Any:
+        """Call a service from an async callback.
+
+        Args:
+            service_type: Such as std_srvs.srv.Trigger.
+            name: Name of the service.
+            request: The request.
+            timeout: How long the answer may take [s].
+            wait: How long to wait for the service to appear [s].
+
+        Raises:
+            ServiceError: the service is not there or does not answer in time.
+        """
+        client = self._client(service_type, name)
+        polls = max(1, round(wait / _POLL))
+        for _ in range(polls):
+            if client.service_is_ready():
+                break
+            await self.sleep(_POLL)
+        else:
+            raise ServiceError(_absent(name, wait))
+        answer = client.call_async(request)
+        await self._first_of(answer, timeout)
+        if not answer.done():
+            client.remove_pending_request(answer)
+            raise ServiceError(_late(name, timeout))
+        return answer.result()
+
+    async def trigger(self, name: str, timeout: float) -> str:
+        """Call a std_srvs/Trigger and return its message.
+
+        Raises:
+            ServiceError: as `call`, or the service answered success=false; the message says why.
+        """
+        answer = await self.call(Trigger, name, Trigger.Request(), timeout)
+        return _message_of(name, answer)
+
+    async def set_parameters(
+        self, node_name: str, values: Mapping[str, Any], timeout: float = 5.0
+    ) -> None:
+        """Set parameters of another node, all or nothing.
+
+        Raises:
+            ServiceError: as `call`, or the node refused; the message says why.
+        """
+        name, request = _parameters_request(node_name, values)
+        answer = await self.call(SetParametersAtomically, name, request, timeout)
+        _check_parameters(node_name, answer)
+
+    def call_blocking(
+        self, service_type: type, name: str, request: Any, timeout: float, wait: float = 5.0
+    ) -> Any:
+        """Call a service and spin the node until it answers; arguments and errors as `call`."""
+        client = self._client(service_type, name)
+        if not client.wait_for_service(wait):
+            raise ServiceError(_absent(name, wait))
+        answer = client.call_async(request)
+        rclpy.spin_until_future_complete(self._node, answer, timeout_sec=timeout)
+        if not answer.done():
+            client.remove_pending_request(answer)
+            raise ServiceError(_late(name, timeout))
+        return answer.result()
+
+    def trigger_blocking(self, name: str, timeout: float) -> str:
+        """Call a std_srvs/Trigger and spin until it answers; errors as `trigger`."""
+        return _message_of(name, self.call_blocking(Trigger, name, Trigger.Request(), timeout))
+
+    def set_parameters_blocking(
+        self, node_name: str, values: Mapping[str, Any], timeout: float = 5.0
+    ) -> None:
+        """Set parameters of another node, all or nothing; errors as `set_parameters`."""
+        name, request = _parameters_request(node_name, values)
+        answer = self.call_blocking(SetParametersAtomically, name, request, timeout)
+        _check_parameters(node_name, answer)
+
+    async def sleep(self, seconds: float) -> None:
+        """Wait inside an async callback, on the steady clock, while others run."""
+        await self._first_of(Future(), seconds)
+
+    async def _first_of(self, future: Future, timeout: float) -> None:
+        """Return when the future is done or the time [s] is over, whichever comes first."""
+        either = Future(executor=self._node.executor)
+
+        def finish(*_: object) -> None:
+            if not either.done():
+                either.set_result(None)
+
+        timer = self._node.create_timer(
+            timeout, finish, callback_group=self._group, clock=self._clock
+        )
+        future.add_done_callback(finish)
+        try:
+            await either
+        finally:
+            self._node.destroy_timer(timer)
+
+    def _client(self, service_type: type, name: str) -> Client:
+        key = (name, service_type)
+        if key not in self._clients:
+            self._clients[key] = self._node.create_client(
+                service_type, name, callback_group=self._group
+            )
+        return self._clients[key]
+
+
+def _absent(name: str, wait: float) -> str:
+    return (
+        f"service {name} is not there (waited {wait:g} s); is its node running, "
+        "in the same namespace and ROS_DOMAIN_ID?"
+    )
+
+
+def _late(name: str, timeout: float) -> str:
+    return f"service {name} did not answer within {timeout:g} s; is its node alive?"
+
+
+def _message_of(name: str, answer: Any) -> str:
+    if not answer.success:
+        raise ServiceError(f"{name} refused: {answer.message}")
+    return str(answer.message)
+
+
+def _parameters_request(
+    node_name: str, values: Mapping[str, Any]
+) -> tuple[str, SetParametersAtomically.Request]:
+    parameters: list[ParameterMessage] = [
+        Parameter(key, value=_plain(value)).to_parameter_msg() for key, value in values.items()
+    ]
+    request = SetParametersAtomically.Request(parameters=parameters)
+    return f"{node_name}/set_parameters_atomically", request
+
+
+def _plain(value: Any) -> Any:
+    """Numpy arrays and tuples as lists, numpy scalars as Python's."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _check_parameters(node_name: str, answer: Any) -> None:
+    if not answer.result.successful:
+        raise ServiceError(f"{node_name} refused the parameters: {answer.result.reason}")

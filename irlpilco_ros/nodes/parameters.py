@@ -1,0 +1,166 @@
+"""Settings dataclasses as ROS parameters: declared, described, checked and kept up to date."""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import ParameterUninitializedException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from irlpilco_ros.experience.parameters_file import (
+    convert,
+    load_parameters_file,
+    settings_from_parameters,
+)
+from irlpilco_ros.learning.errors import InvalidSettingError
+
+__all__ = ["declare_settings", "load_parameters_file", "settings_from_parameters", "updated"]
+
+SettingsT = TypeVar("SettingsT")
+
+_SCALAR_TYPES = {
+    bool: Parameter.Type.BOOL,
+    int: Parameter.Type.INTEGER,
+    float: Parameter.Type.DOUBLE,
+    str: Parameter.Type.STRING,
+}
+_ARRAY_TYPES = {
+    bool: Parameter.Type.BOOL_ARRAY,
+    int: Parameter.Type.INTEGER_ARRAY,
+    float: Parameter.Type.DOUBLE_ARRAY,
+    str: Parameter.Type.STRING_ARRAY,
+}
+_LARGEST_INTEGER = 2**63 - 1
+_LARGEST_FLOAT = 1.7976931348623157e308
+
+
+def declare_settings(
+    node: Node,
+    cls: type[SettingsT],
+    prefix: str = "",
+    apply: Callable[[SettingsT], None] | None = None,
+) -> SettingsT:
+    """Declare one parameter per field, with description, unit, range and choices, and read them.
+
+    Args:
+        node: The node that gets the parameters.
+        cls: Settings dataclass made with `setting()`.
+        prefix: What the parameter names start with, such as "policy.".
+        apply: Gets the new settings after a change has been accepted. A change that the class
+            refuses is refused with its reason and changes nothing. Without `apply` nothing
+            would come of a change, so all parameters are read-only.
+
+    Raises:
+        InvalidSettingError: the values given at the start do not go together.
+    """
+    hints = typing.get_type_hints(cls)
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        name = prefix + field.name
+        values[field.name] = _declare(node, name, field, hints[field.name], apply is None)
+    settings = cls(**values)
+    if apply is not None:
+        _follow(node, settings, prefix, apply)
+    return settings
+
+
+def updated(settings: SettingsT, parameters: Iterable[Parameter], prefix: str = "") -> SettingsT:
+    """Return the settings with those of the parameters that are fields of theirs.
+
+    Raises:
+        InvalidSettingError: the outcome is not allowed.
+    """
+    hints = typing.get_type_hints(type(settings))
+    changes = {
+        parameter.name.removeprefix(prefix): convert(
+            parameter.name, parameter.value, hints[parameter.name.removeprefix(prefix)]
+        )
+        for parameter in parameters
+        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in hints
+    }
+    return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
+
+
+def _declare(
+    node: Node, name: str, field: dataclasses.Field[Any], hint: Any, read_only: bool
+) -> Any:
+    descriptor = _descriptor(field, hint, read_only)
+    is_empty = isinstance(field.default, tuple) and not field.default
+    # rclpy cannot tell the type of an empty list: declare the type alone then.
+    default = Parameter.Type(descriptor.type) if is_empty else field.default
+    node.declare_parameter(name, default, descriptor)
+    try:
+        value = node.get_parameter(name).value
+    except ParameterUninitializedException:
+        return field.default
+    return convert(name, value, hint)
+
+
+def _follow(
+    node: Node, initial: SettingsT, prefix: str, apply: Callable[[SettingsT], None]
+) -> None:
+    current = initial
+
+    def check(parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            updated(current, parameters, prefix)
+        except InvalidSettingError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def take_over(parameters: list[Parameter]) -> None:
+        nonlocal current
+        changed = updated(current, parameters, prefix)
+        if changed != current:
+            current = changed
+            apply(changed)
+
+    node.add_on_set_parameters_callback(check)
+    node.add_post_set_parameters_callback(take_over)
+
+
+def _descriptor(field: dataclasses.Field[Any], hint: Any, read_only: bool) -> ParameterDescriptor:
+    metadata = field.metadata
+    is_array = typing.get_origin(hint) is tuple
+    element = typing.get_args(hint)[0] if is_array else hint
+    unit = f" [{metadata['unit']}]" if metadata["unit"] else ""
+    descriptor = ParameterDescriptor(
+        type=(_ARRAY_TYPES if is_array else _SCALAR_TYPES)[element].value,
+        description=metadata["description"] + unit,
+        read_only=read_only or metadata["read_only"],
+        additional_constraints=_constraints(metadata),
+    )
+    low, high = metadata["minimum"], metadata["maximum"]
+    if is_array or (low is None and high is None):
+        return descriptor
+    if element is int:
+        low = -_LARGEST_INTEGER if low is None else int(low)
+        high = _LARGEST_INTEGER if high is None else int(high)
+        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
+    elif element is float:
+        low = -_LARGEST_FLOAT if low is None else float(low)
+        high = _LARGEST_FLOAT if high is None else float(high)
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    return descriptor
+
+
+def _constraints(metadata: Any) -> str:
+    """Say in words what descriptors have no field for: choices, ranges of array elements."""
+    words = []
+    if metadata["choices"]:
+        words.append("one of: " + ", ".join(metadata["choices"]))
+    if metadata["minimum"] is not None:
+        words.append(f"at least {metadata['minimum']}")
+    if metadata["maximum"] is not None:
+        words.append(f"at most {metadata['maximum']}")
+    return "; ".join(words)

@@ -1,0 +1,112 @@
+"""Start a node, spin it, and end it in good order: exit 0 on SIGINT and SIGTERM."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Sequence
+from types import FrameType
+
+import rclpy
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterAlreadyDeclaredException,
+)
+from rclpy.executors import (
+    Executor,
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    SingleThreadedExecutor,
+)
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from irlpilco_ros.learning.errors import IrlPilcoError
+
+_BAD_START = (
+    IrlPilcoError,
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterAlreadyDeclaredException,
+)
+
+
+def run_node(
+    make_node: Callable[[], Node], argv: Sequence[str] | None = None, executor_threads: int = 1
+) -> int:
+    """Run a node until SIGINT, SIGTERM or an error ends it.
+
+    If the node has a method `shutdown()`, it is called once, after the last callback has ended
+    and while publishers still work: the place for a last zero velocity.
+
+    Args:
+        make_node: Makes the node; called after rclpy is initialised.
+        argv: Command line with the program's name; None takes sys.argv.
+        executor_threads: Number of threads that run callbacks.
+
+    Returns:
+        Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
+        reason is on stderr then.
+    """
+    # rclpy's own handlers would end the context before shutdown() could publish anything.
+    rclpy.init(
+        args=None if argv is None else list(argv), signal_handler_options=SignalHandlerOptions.NO
+    )
+    stop = threading.Event()
+    _on_signals(stop)
+    try:
+        node = make_node()
+    except _BAD_START as error:
+        print(f"error: {error}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 1
+    try:
+        succeeded = _spin_until(stop, node, executor_threads)
+    finally:
+        shutdown = getattr(node, "shutdown", None)
+        if shutdown is not None:
+            shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0 if succeeded else 1
+
+
+def _on_signals(stop: threading.Event) -> None:
+    def handle(_number: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    signal.signal(signal.SIGINT, handle)
+    signal.signal(signal.SIGTERM, handle)
+
+
+def _spin_until(stop: threading.Event, node: Node, threads: int) -> bool:
+    """Spin in a thread, so that the main thread takes signals at once; True if all went well."""
+    executor: Executor = (
+        SingleThreadedExecutor() if threads == 1 else MultiThreadedExecutor(num_threads=threads)
+    )
+    executor.add_node(node)
+    failures: list[BaseException] = []
+
+    def spin() -> None:
+        try:
+            while not stop.is_set():
+                executor.spin_once(timeout_sec=1.0)
+        except ExternalShutdownException:
+            pass
+        except BaseException as error:
+            failures.append(error)
+        finally:
+            stop.set()
+
+    spinner = threading.Thread(target=spin, name="executor")
+    spinner.start()
+    stop.wait()
+    executor.wake()
+    spinner.join()
+    executor.shutdown(timeout_sec=5.0)
+    for failure in failures:
+        traceback.print_exception(failure)
+    return not failures
