@@ -1,1 +1,1 @@
-"""What was recorded: trajectories, MCAP bags and the run directory."""
+"""What was recorded: trajectories with names and stamps, MCAP bags, the run directory."""

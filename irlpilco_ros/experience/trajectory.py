@@ -1,0 +1,177 @@
+"""What a bag holds, as arrays: joint states with their stamps, and the commands they were given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from irlpilco_ros.experience.errors import BagError, IncompleteTrialError
+from irlpilco_ros.learning.rollout import Rollout
+
+# A gap between two samples is called missing samples from this many cadences on: ticks fall on
+# joint states, so that two samples are never exactly one control period apart.
+GAP = 1.5
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Samples of one demonstration or trial, in the order of their stamps.
+
+    Attributes:
+        joint_names: names of the J joints.
+        stamps: header stamp of every sample's joint state, shape (T,), rising [s].
+        positions: joint positions, shape (T, J) [rad]; NaN where a command was recorded whose
+            joint state was not.
+        velocities: joint velocities, shape (T, J) [rad/s]; NaN as for positions.
+        commands: commands decided on these states, shape (T, J) [rad/s], or [N m] for a robot
+            that is commanded by effort; NaN where there was none.
+    """
+
+    joint_names: tuple[str, ...]
+    stamps: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    commands: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joint_names", tuple(self.joint_names))
+        object.__setattr__(self, "stamps", np.asarray(self.stamps, dtype=float))
+        shape = (len(self.stamps), len(self.joint_names))
+        for name in ("positions", "velocities", "commands"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            object.__setattr__(self, name, value)
+            if value.shape != shape:
+                raise BagError(
+                    f"the {name} of a trajectory have shape {value.shape}; expected {shape} for "
+                    f"{shape[0]} stamps and {shape[1]} joints"
+                )
+        if (np.diff(self.stamps) <= 0.0).any():
+            raise BagError("the stamps of a trajectory must rise from sample to sample")
+
+    def __len__(self) -> int:
+        """Number of samples T."""
+        return len(self.stamps)
+
+    @property
+    def commanded(self) -> np.ndarray:
+        """Which samples bear a command, shape (T,), bool."""
+        return np.asarray(~np.isnan(self.commands).all(axis=1))
+
+    @property
+    def observed(self) -> np.ndarray:
+        """Which samples bear a joint state, shape (T,), bool."""
+        return np.asarray(~np.isnan(self.positions).any(axis=1))
+
+    @property
+    def cadence(self) -> float:
+        """Median time between samples [s]; NaN for fewer than two samples."""
+        return float(np.median(np.diff(self.stamps))) if len(self) > 1 else float("nan")
+
+    @property
+    def missing(self) -> int:
+        """Number of samples that are not there: commands without a state, and gaps in time."""
+        return int((~self.observed).sum()) + missing_in(self.stamps)
+
+    def columns(self, joints: Sequence[str]) -> list[int]:
+        """Return the column of each of `joints`.
+
+        Raises:
+            BagError: names the joints that were not recorded, and those that were.
+        """
+        absent = [joint for joint in joints if joint not in self.joint_names]
+        if absent:
+            raise BagError(
+                f"not recorded: {', '.join(absent)}; recorded joints: {', '.join(self.joint_names)}"
+            )
+        return [self.joint_names.index(joint) for joint in joints]
+
+    def rollout(self, joints: Sequence[str], horizon: int | None = None) -> Rollout:
+        """Return the trial, or the demonstration if there are no commands, as learning sees it.
+
+        A trial is the one unbroken row of samples with commands. Its last command is the zero
+        that the controller sends on x[H]; it is not a control. A demonstration starts with the
+        first sample, and what comes after `horizon` steps is left out.
+
+        Args:
+            joints: Joints of the learning problem, in its order (J).
+            horizon: Number of control periods H that are expected; None takes what is there.
+
+        Returns:
+            States (H + 1, 2J) = [positions, velocities] and controls (H, J), all NaN for a
+            demonstration.
+
+        Raises:
+            BagError: a joint was not recorded.
+            IncompleteTrialError: samples are missing, or the trial broke off; says where.
+        """
+        columns = self.columns(joints)
+        samples = self._trial(horizon) if self.commanded.any() else self._demonstration(horizon)
+        states = np.hstack(
+            [self.positions[samples][:, columns], self.velocities[samples][:, columns]]
+        )
+        self._check_whole(self.stamps[samples], states)
+        return Rollout(states, self.commands[samples][:-1, columns])
+
+    def _trial(self, horizon: int | None) -> slice:
+        """Return the samples of the one trial, x[H] included."""
+        indices = np.flatnonzero(self.commanded)
+        rows = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
+        if len(rows) > 1:
+            counts = ", ".join(str(len(row)) for row in rows)
+            raise IncompleteTrialError(
+                f"the bag holds {len(rows)} separate rows of commands ({counts} samples), not one "
+                "trial; record every trial into a bag of its own"
+            )
+        first, last = int(indices[0]), int(indices[-1])
+        steps = last - first
+        expected = "" if horizon is None else f" of {horizon}"
+        if np.any(self.commands[last] != 0.0):
+            raise IncompleteTrialError(
+                f"the trial broke off after {steps + 1}{expected} commands: the zero command that "
+                f"ends a trial is missing after stamp {self.stamps[last]:.3f} s"
+            )
+        if steps < 1 or (horizon is not None and steps != horizon):
+            raise IncompleteTrialError(
+                f"the trial has {steps}{expected or ' complete'} control periods; it ended at "
+                f"stamp {self.stamps[last]:.3f} s"
+            )
+        return slice(first, last + 1)
+
+    def _demonstration(self, horizon: int | None) -> slice:
+        """Return the samples of the demonstration."""
+        needed = 2 if horizon is None else horizon + 1
+        if len(self) < needed:
+            raise IncompleteTrialError(
+                f"the demonstration has {len(self)} samples; expected at least {needed}: one per "
+                "control period and the last state"
+            )
+        return slice(0, len(self) if horizon is None else needed)
+
+    @staticmethod
+    def _check_whole(stamps: np.ndarray, states: np.ndarray) -> None:
+        """Check that no sample is missing between the first and the last."""
+        blank = np.flatnonzero(np.isnan(states).any(axis=1))
+        if len(blank):
+            raise IncompleteTrialError(
+                f"sample {blank[0]} at stamp {stamps[blank[0]]:.3f} s has no joint state with "
+                "position and velocity of every joint"
+            )
+        if missing_in(stamps):
+            intervals = np.diff(stamps)
+            gap = int(np.argmax(intervals))
+            raise IncompleteTrialError(
+                f"{missing_in(stamps)} samples are missing: {intervals[gap]:.3f} s pass after "
+                f"sample {gap} at stamp {stamps[gap]:.3f} s, where {np.median(intervals):.3f} s "
+                "are usual"
+            )
+
+
+def missing_in(stamps: np.ndarray) -> int:
+    """Return how many samples the gaps between stamps [s], shape (T,), could have held."""
+    if len(stamps) < 3:
+        return 0
+    intervals = np.diff(stamps)
+    multiples = intervals / np.median(intervals)
+    return int((np.rint(multiples[multiples > GAP]) - 1).clip(min=1).sum())
