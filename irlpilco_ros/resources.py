@@ -1,0 +1,52 @@
+"""Where the files that come with the package are: its configuration, in a checkout or installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from irlpilco_ros.learning.errors import IrlPilcoError
+
+PACKAGE = "irlpilco_ros"
+
+
+class MissingResourceError(IrlPilcoError, FileNotFoundError):
+    """A file that comes with the package is not where any installation puts it."""
+
+
+def config_directory() -> Path:
+    """Return the directory of the parameter files (`baxter.yaml`, `sweep.yaml`, ...).
+
+    In a checkout, and with editable or symlinked installs, that is `config/` beside the package.
+    Installed (`pip install`, `colcon build`) it is `share/irlpilco_ros/config` under the
+    installation's prefix, which is one of the folders above the package.
+
+    Raises:
+        MissingResourceError: there is no such directory; the installation is incomplete.
+    """
+    package = Path(__file__).resolve().parent
+    checkout = package.parent
+    if (checkout / "package.xml").is_file() and (checkout / "config").is_dir():
+        return checkout / "config"
+    for prefix in package.parents:
+        directory = prefix / "share" / PACKAGE / "config"
+        if directory.is_dir():
+            return directory
+    raise MissingResourceError(
+        f"there is no share/{PACKAGE}/config in any folder above {package}; expected the parameter "
+        "files installed with the package: install it again (pip install . or colcon build)"
+    )
+
+
+def config_file(name: str) -> Path:
+    """Return the path of one parameter file, such as `config_file("baxter.yaml")`.
+
+    Raises:
+        MissingResourceError: no such file; the message lists the names that exist.
+    """
+    path = config_directory() / name
+    if not path.is_file():
+        valid = ", ".join(sorted(file.name for file in config_directory().glob("*.yaml")))
+        raise MissingResourceError(
+            f"there is no parameter file {name!r} in {config_directory()}; available: {valid}"
+        )
+    return path

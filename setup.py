@@ -1,0 +1,45 @@
+"""Installs the package for colcon and for pip alike, in the layout that `ros2 run` looks for.
+
+The nodes are started by the small files in executables/, installed as data under
+lib/irlpilco_ros: pip would put entry points into bin/ only, where `ros2 run` does not look.
+"""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+NAME = "irlpilco_ros"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="One-shot apprenticeship learning (IRL/PILCO) for velocity-controlled robots",
+    license="Apache-2.0",
+    python_requires=">=3.11",
+    packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge", "sim_bridge.*"]),
+    package_data={
+        NAME: ["py.typed", "**/*.html", "**/*.css", "**/*.js"],
+        "sim_bridge": ["py.typed", "models/**/*"],
+    },
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml", "README.md", "LICENSE"]),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"lib/{NAME}", sorted(glob("executables/*"))),
+    ],
+    # What colcon needs not look for is left to requirements/: mujoco, mcap, rosbags, ...
+    install_requires=[
+        "matplotlib",
+        "mcap>=1.2",
+        "mujoco>=3.2",
+        "numpy>=1.26",
+        "pyyaml",
+        "rosbags>=0.10",
+        "scipy>=1.14",
+        "threadpoolctl>=3",
+        "tqdm",
+    ],
+    entry_points={"console_scripts": [f"irlpilco = {NAME}.cli:main"]},
+    zip_safe=False,
+)
