@@ -1,0 +1,151 @@
+"""Every joint of one trial, side by side: demonstration, prediction, robot (thesis, appendix B)."""
+
+from __future__ import annotations
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from irlpilco_ros.report import style
+from irlpilco_ros.report.run_summary import FloatArray, IterationSummary, RunSummary
+
+COLUMNS = 4
+ROW_HEIGHT = 1.75
+SMALLEST_SPAN = 0.2
+"""Smallest range of a position axis [rad], so that a joint at rest looks at rest."""
+
+
+def joint_groups(joints: tuple[str, ...]) -> list[list[int]]:
+    """Return the joints' indices arm by arm: grouped by what stands before the first "_"."""
+    groups: dict[str, list[int]] = {}
+    for index, joint in enumerate(joints):
+        prefix = joint.partition("_")[0] if "_" in joint else ""
+        groups.setdefault(prefix, []).append(index)
+    return list(groups.values())
+
+
+def position_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
+    """Draw the position [rad] of every joint over the trial."""
+    with matplotlib.rc_context(style.RC):
+        figure, panels, free = _panels(run)
+        for joint, axes in panels.items():
+            _curves(axes, run, iteration, joint, origin=np.zeros_like(run.times))
+            _at_least(axes, SMALLEST_SPAN)
+            axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+        _label(figure, "joint position [rad]")
+        _legend(free[0], iteration)
+        if len(free) > 1:
+            _error_bars(free[1], run, iteration)
+        return figure
+
+
+def difference_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
+    """Draw how far every joint is from the demonstration [rad], on one scale for all joints."""
+    with matplotlib.rc_context(style.RC):
+        figure, panels, free = _panels(run)
+        limit = _common_limit(run, iteration)
+        for joint, axes in panels.items():
+            _curves(axes, run, iteration, joint, origin=run.demonstration[:, joint])
+            axes.set_ylim(-limit, limit)
+            axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        _label(figure, "difference from the demonstration [rad]")
+        _legend(free[0], iteration)
+        if len(free) > 1:
+            _error_bars(free[1], run, iteration)
+        return figure
+
+
+def _panels(run: RunSummary) -> tuple[Figure, dict[int, Axes], list[Axes]]:
+    """Return a figure, the panel of every joint, and the empty panels, at least one."""
+    groups = joint_groups(run.joints)
+    if sum(-len(group) % COLUMNS for group in groups) == 0:
+        groups.append([])
+    places = [_fill(group) for group in groups]
+    cells = [cell for place in places for cell in place]
+    rows = len(cells) // COLUMNS
+    width, height = style.PAGE_WIDTH, ROW_HEIGHT * rows + 0.4
+    figure = Figure(figsize=(width, height))
+    # Margins by hand [in]: a layout engine would draw every figure twice.
+    edges = {"left": 0.75 / width, "right": 1.0 - 0.12 / width}
+    edges |= {"bottom": 0.55 / height, "top": 1.0 - 0.25 / height}
+    grid = figure.subplots(
+        rows, COLUMNS, squeeze=False, gridspec_kw={"wspace": 0.27, "hspace": 0.42, **edges}
+    )
+    panels: dict[int, Axes] = {}
+    free: list[Axes] = []
+    for axes, cell in zip(grid.flat, cells, strict=True):
+        if cell is None:
+            style.blank(axes)
+            free.append(axes)
+            continue
+        panels[cell] = axes
+        axes.set_title(style.pretty(run.joints[cell]))
+        axes.set_xlim(run.times[0], run.times[-1])
+        axes.xaxis.set_major_locator(MaxNLocator(4, integer=True, steps=[1, 2, 5, 10]))
+    return figure, panels, free
+
+
+def _fill(group: list[int]) -> list[int | None]:
+    missing = COLUMNS if not group else -len(group) % COLUMNS
+    return [*group, *[None] * missing]
+
+
+def _curves(
+    axes: Axes, run: RunSummary, iteration: IterationSummary, joint: int, origin: FloatArray
+) -> None:
+    times = run.times
+    axes.plot(times, run.demonstration[:, joint] - origin, **style.DEMONSTRATION)
+    if iteration.prediction is not None and iteration.deviation is not None:
+        mean = iteration.prediction[:, joint] - origin
+        spread = 2.0 * iteration.deviation[:, joint]
+        axes.fill_between(times, mean - spread, mean + spread, **style.BAND)
+        axes.plot(times, mean, **style.PREDICTION)
+    axes.plot(times, iteration.trial[:, joint] - origin, **style.ROBOT)
+
+
+def _common_limit(run: RunSummary, iteration: IterationSummary) -> float:
+    """Return the half-range that shows every trial and band, 10 mrad at least [rad]."""
+    largest = float(np.abs(iteration.trial - run.demonstration).max())
+    if iteration.prediction is not None and iteration.deviation is not None:
+        band = np.abs(iteration.prediction - run.demonstration) + 2.0 * iteration.deviation
+        largest = max(largest, float(band.max()))
+    return max(1.08 * largest, 0.01)
+
+
+def _at_least(axes: Axes, span: float) -> None:
+    low, high = axes.get_ylim()
+    if high - low < span:
+        middle = 0.5 * (low + high)
+        axes.set_ylim(middle - 0.5 * span, middle + 0.5 * span)
+
+
+def _label(figure: Figure, quantity: str) -> None:
+    figure.supxlabel("time in the trial [s]", fontsize=9.0, y=0.008, va="bottom")
+    figure.supylabel(quantity, fontsize=9.0, x=0.004)
+
+
+def _legend(axes: Axes, iteration: IterationSummary) -> None:
+    handles: list[Line2D | Patch] = [Line2D([], [], label="demonstration", **style.DEMONSTRATION)]
+    if iteration.prediction is not None:
+        handles.append(Line2D([], [], label="prediction, mean", **style.PREDICTION))
+        handles.append(Patch(label="prediction, ± 2 σ", **style.BAND))
+    handles.append(Line2D([], [], label=f"robot, trial {iteration.index}", **style.ROBOT))
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(-0.02, 0.5), handlelength=2.6)
+
+
+def _error_bars(axes: Axes, run: RunSummary, iteration: IterationSummary) -> None:
+    """Fill an empty panel with the error of every joint."""
+    errors = run.joint_rmse(iteration)
+    axes.set_axis_on()
+    axes.set_title("error, RMS [rad]")
+    places = np.arange(len(errors))[::-1]
+    axes.barh(places, errors, height=0.72, color=style.ORANGE)
+    axes.set_yticks(places, [style.pretty(joint) for joint in run.joints], fontsize=5.6)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(False, axis="y")
+    axes.set_ylim(-0.7, len(errors) - 0.3)
+    axes.xaxis.set_major_locator(MaxNLocator(2, steps=[1, 2, 5, 10]))

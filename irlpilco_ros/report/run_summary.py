@@ -1,0 +1,140 @@
+"""What a run has shown, as plain arrays: all that the figures and the page need to know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class IterationSummary:
+    """One iteration and its trial; iteration k was computed from trials 0..k-1 and predicts trial k.
+
+    Iteration 0 is the initial trial: it has no prediction and no computing time.
+
+    Attributes:
+        index: k.
+        trial: what the robot did, joint positions of shape (H+1, J) [rad].
+        prediction: mean of the predicted positions, shape (H+1, J) [rad], or None.
+        deviation: standard deviation of the predicted positions, shape (H+1, J) [rad], or None.
+        weights: max-margin weight of every feature after this trial, shape (J,), or None.
+        rmse: root-mean-square joint error of the trial against the demonstration [rad].
+        mse: the thesis's error (6.1).
+        margin: max-margin distance to the demonstration, NaN if not computed.
+        cost: value of the minimised objective J, NaN if there is none.
+        robot_time: robot seconds used so far, this trial included [s].
+        model_time: seconds of computing spent on the dynamics model [s].
+        policy_time: seconds of computing spent on the policy search [s].
+    """
+
+    index: int
+    trial: FloatArray
+    prediction: FloatArray | None
+    deviation: FloatArray | None
+    weights: FloatArray | None
+    rmse: float
+    mse: float
+    margin: float
+    cost: float
+    robot_time: float
+    model_time: float
+    policy_time: float
+
+
+@dataclass(frozen=True)
+class ModelSummary:
+    """The latest dynamics model: which inputs matter for which output.
+
+    Attributes:
+        input_names: the P inputs, such as "left_s0 position".
+        output_names: the E outputs, such as "left_s0 velocity".
+        lengthscales: shape (E, P), in units of each input.
+        input_spread: standard deviation of each input over the training set, shape (P,).
+    """
+
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    lengthscales: FloatArray
+    input_spread: FloatArray
+
+    @property
+    def relevance(self) -> FloatArray:
+        """Spread of the data in length-scales, shape (E, P): 1/length-scale without units."""
+        return self.input_spread / self.lengthscales
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """A whole run.
+
+    Attributes:
+        name: name of the run directory.
+        robot: what moved, in a few words.
+        joints: names of the J joints.
+        times: time of every sample, 0 to H dt, shape (H+1,) [s].
+        demonstration: joint positions of the demonstration, shape (H+1, J) [rad].
+        iterations: in order, the initial trial first.
+        replay: joint positions of the open-loop replay, shape (H+1, J) [rad], or None.
+        replay_rmse: its error against the demonstration [rad], NaN if there is none.
+        model: the latest dynamics model, or None before the first iteration.
+        settings: the run's configuration, key to printed value.
+    """
+
+    name: str
+    robot: str
+    joints: tuple[str, ...]
+    times: FloatArray
+    demonstration: FloatArray
+    iterations: tuple[IterationSummary, ...]
+    replay: FloatArray | None
+    replay_rmse: float
+    model: ModelSummary | None
+    settings: dict[str, str]
+
+    @property
+    def last(self) -> IterationSummary:
+        """The latest iteration whose trial is on disk."""
+        return self.iterations[-1]
+
+    @property
+    def computing_time(self) -> float:
+        """Seconds of computing over all iterations [s]."""
+        return float(sum(i.model_time + i.policy_time for i in self.iterations))
+
+    def predicted_rmse(self, iteration: IterationSummary) -> float:
+        """Return the error that the model expected: sqrt of E[(q - demonstration)^2] [rad].
+
+        NaN for an iteration without a prediction. The start is left out, as in the error (6.1).
+        """
+        if iteration.prediction is None or iteration.deviation is None:
+            return float("nan")
+        squares = (iteration.prediction - self.demonstration) ** 2 + iteration.deviation**2
+        return float(np.sqrt(squares[1:].mean()))
+
+    def joint_rmse(self, iteration: IterationSummary) -> FloatArray:
+        """Return the error of every joint in a trial, shape (J,) [rad]."""
+        squares = (iteration.trial - self.demonstration)[1:] ** 2
+        return np.asarray(np.sqrt(squares.mean(axis=0)))
+
+
+@dataclass(frozen=True)
+class DebrisCount:
+    """Debris in the pan after a sweep, over several scatterings of the debris.
+
+    Attributes:
+        seeds: seed of every scattering, shape (n,).
+        pieces: how many pieces lay on the table.
+        demonstration: pieces in the pan after the demonstration, shape (n,).
+        replay: the same after its open-loop replay, shape (n,).
+        learned: the same after the learned policy, shape (n,).
+    """
+
+    seeds: NDArray[np.int64]
+    pieces: int
+    demonstration: NDArray[np.int64]
+    replay: NDArray[np.int64]
+    learned: NDArray[np.int64]
