@@ -6,6 +6,7 @@ let it block where nobody else spins the node (the command line).
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,7 @@ from std_srvs.srv import Trigger
 from irlpilco_ros.learning.errors import IrlPilcoError
 
 _POLL = 0.05  # [s] between two looks whether a service is there
+_LOOK = 0.5  # [s] between two looks whether the one who should answer is still there
 
 
 class ServiceError(IrlPilcoError):
@@ -57,20 +59,26 @@ class Clients:
         Raises:
             ServiceError: the service is not there or does not answer in time.
         """
-        client = self._client(service_type, name)
-        polls = max(1, round(wait / _POLL))
-        for _ in range(polls):
-            if client.service_is_ready():
-                break
-            await self.sleep(_POLL)
-        else:
-            raise ServiceError(_absent(name, wait))
+        client = await self._ready_client(service_type, name, wait)
         answer = client.call_async(request)
-        await self._first_of(answer, timeout)
+        end = time.monotonic() + timeout
+        while not answer.done() and (left := end - time.monotonic()) > 0.0:
+            await self._first_of(answer, min(left, _LOOK))
+            if not answer.done() and not client.service_is_ready():
+                client.remove_pending_request(answer)
+                raise ServiceError(f"service {name} went away before it answered: its node ended")
         if not answer.done():
             client.remove_pending_request(answer)
             raise ServiceError(_late(name, timeout))
         return answer.result()
+
+    async def wait_for(self, name: str, timeout: float) -> None:
+        """Wait until a std_srvs/Trigger of this name is there.
+
+        Raises:
+            ServiceError: it is not there within `timeout` [s].
+        """
+        await self._ready_client(Trigger, name, timeout)
 
     async def trigger(self, name: str, timeout: float) -> str:
         """Call a std_srvs/Trigger and return its message.
@@ -139,6 +147,14 @@ class Clients:
             await either
         finally:
             self._node.destroy_timer(timer)
+
+    async def _ready_client(self, service_type: type, name: str, wait: float) -> Client:
+        client = self._client(service_type, name)
+        for _ in range(max(1, round(wait / _POLL))):
+            if client.service_is_ready():
+                return client
+            await self.sleep(_POLL)
+        raise ServiceError(_absent(name, wait))
 
     def _client(self, service_type: type, name: str) -> Client:
         key = (name, service_type)

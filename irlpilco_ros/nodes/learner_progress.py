@@ -1,0 +1,87 @@
+"""The message on `learner/progress`: how far the iteration under way has come."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, fields
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+STATUS_NAME = "learner: progress"
+"""Name of the one status in the message."""
+
+
+@dataclass(frozen=True)
+class LearnerProgress:
+    """Where the learner is.
+
+    Attributes:
+        stage: What it is doing, such as "model", "policy" or "trial"; "idle" if nothing.
+        iteration: Which iteration, or -1 if none is under way.
+        fraction: How much of the stage is done, 0..1.
+        cost: Lowest cost found so far, NaN if there is none.
+        evaluations: Cost evaluations so far.
+        seconds_left: Estimated time left in this stage [s], NaN if unknown.
+    """
+
+    stage: str = "idle"
+    iteration: int = -1
+    fraction: float = 0.0
+    cost: float = math.nan
+    evaluations: int = 0
+    seconds_left: float = math.nan
+
+    def to_message(self, stamp: Time) -> DiagnosticArray:
+        """Return the message, stamped."""
+        values = [KeyValue(key=f.name, value=str(getattr(self, f.name))) for f in fields(self)]
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.OK, name=STATUS_NAME, message=self.stage, values=values
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = stamp
+        return message
+
+    @staticmethod
+    def from_message(message: DiagnosticArray) -> LearnerProgress | None:
+        """Return the progress in a message, or None if it has none."""
+        for status in message.status:
+            if status.name == STATUS_NAME:
+                values = {item.key: item.value for item in status.values}
+                return LearnerProgress(
+                    stage=values["stage"],
+                    iteration=int(values["iteration"]),
+                    fraction=float(values["fraction"]),
+                    cost=float(values["cost"]),
+                    evaluations=int(values["evaluations"]),
+                    seconds_left=float(values["seconds_left"]),
+                )
+        return None
+
+    def details(self) -> str:
+        """Return cost, evaluations and time left as a short text, as far as they are known."""
+        parts = []
+        if not math.isnan(self.cost):
+            parts.append(f"cost {self.cost:.4g}")
+        if self.evaluations:
+            parts.append(f"{self.evaluations} evaluations")
+        if not math.isnan(self.seconds_left):
+            parts.append(f"{self.seconds_left:.0f} s left")
+        return ", ".join(parts)
+
+
+class StageClock:
+    """Estimates how long a stage still takes from how fast its fraction grows."""
+
+    def __init__(self) -> None:
+        self._stage = ""
+        self._start = 0.0
+
+    def seconds_left(self, stage: str, fraction: float) -> float:
+        """Return the time left [s], or NaN while nothing can be said."""
+        now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._start = stage, now
+        elapsed = now - self._start
+        return elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else math.nan
