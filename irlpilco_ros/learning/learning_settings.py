@@ -1,0 +1,93 @@
+"""Every choice of the learning algorithm, with the defaults that work best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from irlpilco_ros.learning.settings import check, setting
+
+
+@dataclass(frozen=True)
+class LearningSettings:
+    """How to learn from a demonstration; the field names are the ROS parameters and YAML keys."""
+
+    method: str = setting(
+        "feature_matching",
+        "What imitation means: features step by step, their discounted sum, or trajectory KL.",
+        choices=("feature_matching", "feature_expectations", "trajectory_kl"),
+    )
+    prior_mean: str = setting(
+        "velocity",
+        "Mean of the dynamics before any data: a velocity-controlled robot, or nothing (thesis).",
+        choices=("velocity", "zero"),
+    )
+    covariance: str = setting(
+        "first_order",
+        "Covariance between the outputs of the dynamics model: to first order, or exact.",
+        choices=("first_order", "exact"),
+    )
+    policy: str = setting(
+        "linear_phase",
+        "Kind of policy: linear with feed-forward over the trial, linear (thesis), or RBF.",
+        choices=("linear_phase", "linear", "rbf"),
+    )
+    phase_count: int = setting(
+        8, "Number of feed-forward bumps over the trial (linear_phase).", minimum=1, maximum=1000
+    )
+    rbf_count: int = setting(10, "Number of radial basis functions (rbf).", minimum=1, maximum=1000)
+    initial_policy: str = setting(
+        "demonstration",
+        "First trial: fitted to the demonstration's own speeds, no motion, or random (thesis).",
+        choices=("demonstration", "zero", "random"),
+    )
+    optimiser: str = setting(
+        "gauss_newton",
+        "Policy search: Gauss-Newton with damping, or L-BFGS (thesis).",
+        choices=("gauss_newton", "lbfgs"),
+    )
+    evaluations: int = setting(
+        40, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000
+    )
+    starts: tuple[str, ...] = setting(
+        ("last", "zero"),
+        "Where policy search may start; it goes on from the best of them.",
+        choices=("last", "zero", "initial", "random"),
+    )
+    variance_weight: float = setting(
+        1.0,
+        "How much predicted spread costs (lambda): 1 is the expected square, 0 the thesis.",
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    discount: float = setting(
+        1.0, "Weight of each step relative to the one before (gamma).", minimum=0.01, maximum=1.0
+    )
+    weight_rule: str = setting(
+        "max_margin",
+        "How cost weights follow from the trials so far.",
+        choices=("max_margin", "projection", "latest", "uniform"),
+    )
+    margin_tolerance: float = setting(
+        0.0, "The task counts as learned when the margin is at most this (epsilon).", minimum=0.0
+    )
+    velocity_limit_factor: float = setting(
+        1.5,
+        "Largest control of the policy, relative to the demonstration's largest speed.",
+        minimum=1.0,
+        maximum=100.0,
+    )
+    velocity_limit_floor: float = setting(
+        0.1,
+        "The policy's largest control is at least this, however still a joint was.",
+        unit="rad/s",
+        minimum=0.0,
+        maximum=100.0,
+    )
+    seed: int = setting(0, "Seed of everything random in learning.", minimum=0)
+    threads: int = setting(
+        2, "Threads for the dynamics model; results do not depend on it.", minimum=1, maximum=256
+    )
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "starts", tuple(self.starts))
+        check(self)

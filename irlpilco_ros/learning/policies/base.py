@@ -1,0 +1,109 @@
+"""What every policy can do, and the checks that all of them share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Gaussian, Moments
+
+Arrays = dict[str, np.ndarray | float | int]
+"""A policy as named arrays and numbers: what files and ROS parameters hold."""
+
+PolicyPullback = Callable[
+    [np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]
+]
+"""(mean_bar (F,), covariance_bar (F, F), jacobian_bar (F, D)) ->
+(state mean_bar (D,), state covariance_bar (D, D), parameters_bar (p,))."""
+
+
+class Policy(Protocol):
+    """A map from state and step to controls, for a robot and for a Gaussian belief alike."""
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of policy, as in files."""
+
+    @property
+    def control_limit(self) -> np.ndarray:
+        """Largest absolute value of each control, shape (F,)."""
+
+    @property
+    def state_size(self) -> int:
+        """Number of state dimensions D that the policy sees."""
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """What policy search changes, as one vector (p,)."""
+
+    def with_parameters(self, parameters: np.ndarray) -> Policy:
+        """Return the same kind of policy with other parameters (p,)."""
+
+    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+        """Return the control (F,) for a state (D,) at a step of the trial, within the limit."""
+
+    def moments(
+        self, state: Gaussian, step: int, gradient: bool = True
+    ) -> tuple[Moments, PolicyPullback | None]:
+        """Return the control's moments at a Gaussian state, and their pullback if asked for."""
+
+    def to_arrays(self) -> Arrays:
+        """Return everything that `policies.from_arrays` needs to make this policy again."""
+
+
+def checked_array(
+    owner: str, name: str, value: object, shape: tuple[int | None, ...]
+) -> np.ndarray:
+    """Return the value as a finite float array of a shape; None stands for any length.
+
+    Raises:
+        InvalidSettingError: says which array of which policy is wrong, and what was expected.
+    """
+    array = np.array(value, dtype=float)
+    fits = array.ndim == len(shape) and all(
+        want is None or have == want for have, want in zip(array.shape, shape, strict=True)
+    )
+    if not fits:
+        wanted = tuple("any" if want is None else want for want in shape)
+        raise InvalidSettingError(
+            f"{name} of a {owner} policy has shape {array.shape}; expected {wanted}"
+        )
+    if not np.isfinite(array).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InvalidSettingError(
+            f"{name} of a {owner} policy holds {array[where]} at {where}; expected finite numbers"
+        )
+    array.flags.writeable = False
+    return array
+
+
+def checked_limit(owner: str, value: object, size: int) -> np.ndarray:
+    """Return the control limit as a finite, non-negative array (F,).
+
+    Raises:
+        InvalidSettingError: if it is not.
+    """
+    limit = checked_array(owner, "control_limit", value, (size,))
+    if (limit < 0.0).any():
+        raise InvalidSettingError(
+            f"control_limit of a {owner} policy holds {limit.min()}; expected at least 0"
+        )
+    return limit
+
+
+def checked_vector(policy: Policy, parameters: np.ndarray) -> np.ndarray:
+    """Return the parameter vector if its length fits the policy.
+
+    Raises:
+        InvalidSettingError: if it does not.
+    """
+    vector = np.asarray(parameters, dtype=float)
+    if vector.shape != policy.parameters.shape:
+        raise InvalidSettingError(
+            f"a {policy.kind} policy of this size has {policy.parameters.shape[0]} parameters; "
+            f"got an array of shape {vector.shape}"
+        )
+    return vector

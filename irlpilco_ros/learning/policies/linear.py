@@ -1,0 +1,108 @@
+"""The linear policy (thesis (5.7)), squashed: u = squash(W x + b)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.policies.base import (
+    Arrays,
+    PolicyPullback,
+    checked_array,
+    checked_limit,
+    checked_vector,
+)
+from irlpilco_ros.learning.squashing import squash, squashed_moments
+
+AffinePullback = Callable[
+    [np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+]
+
+
+@dataclass(frozen=True)
+class LinearPolicy:
+    """u = squash(W x + b).
+
+    Attributes:
+        weights: W, shape (F, D).
+        bias: b, shape (F,).
+        control_limit: Largest absolute value of each control, shape (F,).
+    """
+
+    kind: ClassVar[str] = "linear"
+    weights: np.ndarray
+    bias: np.ndarray
+    control_limit: np.ndarray
+
+    def __post_init__(self) -> None:
+        weights = checked_array(self.kind, "weights", self.weights, (None, None))
+        object.__setattr__(self, "weights", weights)
+        bias = checked_array(self.kind, "bias", self.bias, (len(weights),))
+        object.__setattr__(self, "bias", bias)
+        limit = checked_limit(self.kind, self.control_limit, len(weights))
+        object.__setattr__(self, "control_limit", limit)
+
+    @property
+    def state_size(self) -> int:
+        """Number of state dimensions D."""
+        return int(self.weights.shape[1])
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """W row by row, then b: shape (F D + F,)."""
+        return np.concatenate([self.weights.ravel(), self.bias])
+
+    def with_parameters(self, parameters: np.ndarray) -> LinearPolicy:
+        """Return the policy with other parameters, laid out as in `parameters`."""
+        vector = checked_vector(self, parameters)
+        size = self.weights.size
+        weights = vector[:size].reshape(self.weights.shape)
+        return LinearPolicy(weights, vector[size:], self.control_limit)
+
+    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+        """Return the control (F,) for a state (D,)."""
+        return squash(self.weights @ state + self.bias, self.control_limit)
+
+    def moments(
+        self, state: Gaussian, step: int, gradient: bool = True
+    ) -> tuple[Moments, PolicyPullback | None]:
+        """Return the exact moments of the control at a Gaussian state."""
+        moments, pull = affine_moments(self.weights, self.bias, self.control_limit, state)
+
+        def pullback(
+            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
+        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            m_bar, S_bar, W_bar, b_bar = pull(mean_bar, covariance_bar, jacobian_bar)
+            return m_bar, S_bar, np.concatenate([W_bar.ravel(), b_bar])
+
+        return moments, pullback if gradient else None
+
+    def to_arrays(self) -> Arrays:
+        """Return the fields by name."""
+        return {"weights": self.weights, "bias": self.bias, "control_limit": self.control_limit}
+
+
+def affine_moments(
+    weights: np.ndarray, bias: np.ndarray, control_limit: np.ndarray, state: Gaussian
+) -> tuple[Moments, AffinePullback]:
+    """Return the moments of squash(W x + b) at x ~ N(m, S), and their pullback.
+
+    The pullback returns the adjoints of m (D,), S (D, D), W (F, D) and b (F,).
+    """
+    m, S = state.mean, state.covariance
+    spread = weights @ S
+    raw = Moments(weights @ m + bias, spread @ weights.T, weights)
+    moments, pull_squash = squashed_moments(raw, control_limit)
+
+    def pullback(
+        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        v_bar, V_bar, J_bar = pull_squash(mean_bar, covariance_bar, jacobian_bar)
+        weights_bar = np.outer(v_bar, m) + 2.0 * V_bar @ spread + J_bar
+        return weights.T @ v_bar, weights.T @ V_bar @ weights, weights_bar, v_bar
+
+    return moments, pullback

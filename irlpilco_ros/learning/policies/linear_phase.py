@@ -1,0 +1,128 @@
+"""A linear policy with feed-forward over the trial: u = squash(W x + B psi(t)).
+
+A linear policy alone answers the same state with the same control, so that it cannot repeat a
+movement that crosses its own path. The moments stay those of the linear policy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.policies.base import (
+    Arrays,
+    PolicyPullback,
+    checked_array,
+    checked_limit,
+    checked_vector,
+)
+from irlpilco_ros.learning.policies.linear import affine_moments
+from irlpilco_ros.learning.squashing import squash
+
+
+@dataclass(frozen=True)
+class LinearPhasePolicy:
+    """u[t] = squash(W x + B psi(t)), psi being Gaussian bumps over the trial that sum to one.
+
+    Attributes:
+        weights: W, shape (F, D).
+        phase_weights: B, shape (F, K), one column for each bump.
+        horizon: Number of control periods over which the bumps are spread.
+        control_limit: Largest absolute value of each control, shape (F,).
+    """
+
+    kind: ClassVar[str] = "linear_phase"
+    weights: np.ndarray
+    phase_weights: np.ndarray
+    horizon: int
+    control_limit: np.ndarray
+
+    def __post_init__(self) -> None:
+        weights = checked_array(self.kind, "weights", self.weights, (None, None))
+        object.__setattr__(self, "weights", weights)
+        phase = checked_array(self.kind, "phase_weights", self.phase_weights, (len(weights), None))
+        object.__setattr__(self, "phase_weights", phase)
+        limit = checked_limit(self.kind, self.control_limit, len(weights))
+        object.__setattr__(self, "control_limit", limit)
+        object.__setattr__(self, "horizon", int(self.horizon))
+        if self.horizon < 1 or phase.shape[1] < 1:
+            raise InvalidSettingError(
+                f"a {self.kind} policy needs a horizon and a number of bumps of at least 1; "
+                f"got {self.horizon} and {phase.shape[1]}"
+            )
+
+    @property
+    def state_size(self) -> int:
+        """Number of state dimensions D."""
+        return int(self.weights.shape[1])
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """W row by row, then B row by row: shape (F D + F K,)."""
+        return np.concatenate([self.weights.ravel(), self.phase_weights.ravel()])
+
+    def with_parameters(self, parameters: np.ndarray) -> LinearPhasePolicy:
+        """Return the policy with other parameters, laid out as in `parameters`."""
+        vector = checked_vector(self, parameters)
+        size = self.weights.size
+        return LinearPhasePolicy(
+            vector[:size].reshape(self.weights.shape),
+            vector[size:].reshape(self.phase_weights.shape),
+            self.horizon,
+            self.control_limit,
+        )
+
+    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+        """Return the control (F,) for a state (D,) at a step of the trial."""
+        return squash(self.weights @ state + self._feed_forward(step), self.control_limit)
+
+    def moments(
+        self, state: Gaussian, step: int, gradient: bool = True
+    ) -> tuple[Moments, PolicyPullback | None]:
+        """Return the exact moments of the control at a Gaussian state and a step of the trial."""
+        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        moments, pull = affine_moments(
+            self.weights, self.phase_weights @ phase, self.control_limit, state
+        )
+
+        def pullback(
+            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
+        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            m_bar, S_bar, W_bar, v_bar = pull(mean_bar, covariance_bar, jacobian_bar)
+            return m_bar, S_bar, np.concatenate([W_bar.ravel(), np.outer(v_bar, phase).ravel()])
+
+        return moments, pullback if gradient else None
+
+    def to_arrays(self) -> Arrays:
+        """Return the fields by name."""
+        return {
+            "weights": self.weights,
+            "phase_weights": self.phase_weights,
+            "horizon": self.horizon,
+            "control_limit": self.control_limit,
+        }
+
+    def _feed_forward(self, step: int) -> np.ndarray:
+        count = self.phase_weights.shape[1]
+        feed_forward: np.ndarray = self.phase_weights @ phase_features(step, count, self.horizon)
+        return feed_forward
+
+
+def phase_features(step: int, count: int, horizon: int) -> np.ndarray:
+    """Return psi(t), shape (count,): Gaussian bumps as wide as their spacing, summing to one.
+
+    Args:
+        step: Step t of the trial; the last step's value is kept after the end.
+        count: Number of bumps, spread evenly from the first step to the last.
+        horizon: Number of steps of the trial.
+    """
+    if count == 1 or horizon == 1:
+        return np.full(count, 1.0 / count)
+    last = horizon - 1
+    distance = min(step, last) * (count - 1) / last - np.arange(count)
+    bumps = np.exp(-0.5 * distance**2)
+    return bumps / bumps.sum()

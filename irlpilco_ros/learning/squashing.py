@@ -1,0 +1,77 @@
+"""Squashing (thesis (4.8)): a smooth limit on controls whose moments have a closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.trigonometric import sine_moments
+
+SquashPullback = Callable[
+    [np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]
+]
+
+
+def squash(values: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Return limit * (9 sin v + sin 3v) / 8 (thesis (4.8)): never beyond the limit.
+
+    Args:
+        values: Anything, shape (..., F).
+        limit: Largest absolute value of each control, shape (F,).
+    """
+    return limit * ((9.0 / 8.0) * np.sin(values) + (1.0 / 8.0) * np.sin(3.0 * values))
+
+
+def unsquash(controls: np.ndarray, limit: np.ndarray, saturation: float = 0.95) -> np.ndarray:
+    """Return v in [-pi/2, pi/2] with squash(v) = control, for controls within the limit.
+
+    Args:
+        controls: Wanted controls, shape (..., F).
+        limit: Largest absolute value of each control, shape (F,), positive.
+        saturation: Controls beyond this part of the limit are cut off, since the slope of the
+            squashing vanishes at the limit.
+    """
+    grid = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001)
+    ratio = np.clip(controls / limit, -saturation, saturation)
+    return np.interp(ratio, squash(grid, np.ones(1)), grid)
+
+
+def squashed_moments(raw: Moments, limit: np.ndarray) -> tuple[Moments, SquashPullback]:
+    """Return the moments of squash(v) for v ~ N(raw.mean, raw.covariance), exactly.
+
+    sin v and sin 3v are jointly sines of a Gaussian of twice the size.
+
+    Args:
+        raw: The controls before squashing: mean (F,), covariance (F, F), Jacobian (F, D).
+        limit: Largest absolute value of each control, shape (F,).
+
+    Returns:
+        The squashed moments with the Jacobian chained, and a pullback to the raw moments' mean,
+        covariance and Jacobian.
+    """
+    size = len(raw.mean)
+    eye = np.eye(size)
+    stretch = np.vstack([eye, 3.0 * eye])
+    mix = np.hstack([(9.0 / 8.0) * eye, (1.0 / 8.0) * eye]) * limit[:, None]
+    sines, pull_sines = sine_moments(
+        Gaussian(stretch @ raw.mean, stretch @ raw.covariance @ stretch.T)
+    )
+    slope = mix @ sines.jacobian @ stretch  # diagonal
+    moments = Moments(mix @ sines.mean, mix @ sines.covariance @ mix.T, slope @ raw.jacobian)
+
+    def pullback(
+        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        slope_bar = jacobian_bar @ raw.jacobian.T
+        v_bar, v_covariance_bar = pull_sines(
+            mix.T @ mean_bar, mix.T @ covariance_bar @ mix, mix.T @ slope_bar @ stretch.T
+        )
+        return (
+            stretch.T @ v_bar,
+            stretch.T @ v_covariance_bar @ stretch,
+            slope.T @ jacobian_bar,
+        )
+
+    return moments, pullback
