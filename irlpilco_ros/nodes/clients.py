@@ -16,6 +16,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
@@ -80,17 +81,17 @@ class Clients:
         """
         await self._ready_client(Trigger, name, timeout)
 
-    async def trigger(self, name: str, timeout: float) -> str:
+    async def trigger(self, name: str, timeout: float, wait: float = 5.0) -> str:
         """Call a std_srvs/Trigger and return its message.
 
         Raises:
             ServiceError: as `call`, or the service answered success=false; the message says why.
         """
-        answer = await self.call(Trigger, name, Trigger.Request(), timeout)
+        answer = await self.call(Trigger, name, Trigger.Request(), timeout, wait)
         return _message_of(name, answer)
 
     async def set_parameters(
-        self, node_name: str, values: Mapping[str, Any], timeout: float = 5.0
+        self, node_name: str, values: Mapping[str, Any], timeout: float = 5.0, wait: float = 5.0
     ) -> None:
         """Set parameters of another node, all or nothing.
 
@@ -98,7 +99,7 @@ class Clients:
             ServiceError: as `call`, or the node refused; the message says why.
         """
         name, request = _parameters_request(node_name, values)
-        answer = await self.call(SetParametersAtomically, name, request, timeout)
+        answer = await self.call(SetParametersAtomically, name, request, timeout, wait)
         _check_parameters(node_name, answer)
 
     def call_blocking(
@@ -109,15 +110,17 @@ class Clients:
         if not client.wait_for_service(wait):
             raise ServiceError(_absent(name, wait))
         answer = client.call_async(request)
-        rclpy.spin_until_future_complete(self._node, answer, timeout_sec=timeout)
+        executor = SingleThreadedExecutor(context=self._node.context)
+        rclpy.spin_until_future_complete(self._node, answer, executor, timeout)
         if not answer.done():
             client.remove_pending_request(answer)
             raise ServiceError(_late(name, timeout))
         return answer.result()
 
-    def trigger_blocking(self, name: str, timeout: float) -> str:
+    def trigger_blocking(self, name: str, timeout: float, wait: float = 5.0) -> str:
         """Call a std_srvs/Trigger and spin until it answers; errors as `trigger`."""
-        return _message_of(name, self.call_blocking(Trigger, name, Trigger.Request(), timeout))
+        answer = self.call_blocking(Trigger, name, Trigger.Request(), timeout, wait)
+        return _message_of(name, answer)
 
     def set_parameters_blocking(
         self, node_name: str, values: Mapping[str, Any], timeout: float = 5.0

@@ -6,6 +6,7 @@ import sys
 from dataclasses import dataclass
 
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -42,11 +43,12 @@ class MinimalNode(Node):
         self.create_service(Trigger, "~/fail", self._fail)
         self.create_service(Trigger, "~/ask", self._ask, callback_group=group)
         self.create_service(Trigger, "~/wait", self._wait, callback_group=group)
+        self.create_service(Trigger, "~/dawdle", self._dawdle, callback_group=group)
         self.health.report(OK, "ready", answer=42)
 
     def shutdown(self) -> None:
         self.last_words.publish(String(data="farewell"))
-        self.last_words.wait_for_all_acked()
+        self.last_words.wait_for_all_acked(Duration(seconds=0.1))
 
     def _apply(self, settings: MinimalSettings) -> None:
         self.settings = settings
@@ -66,14 +68,23 @@ class MinimalNode(Node):
     async def _ask(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Call another node from a callback, set its parameters, and say what came of it."""
         try:
-            await self.clients_of_others.set_parameters("other", {"gain": 2.5})
-            response.message = await self.clients_of_others.trigger("other/question", 0.5)
+            gain = self.settings.gain
+            await self.clients_of_others.set_parameters("other", {"gain": gain}, wait=0.5)
+            response.message = await self.clients_of_others.trigger("other/settings", 2.0)
             response.success = True
         except ServiceError as error:
             response.message = str(error)
         return response
 
     async def _wait(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Ask oneself, who takes longer than one is willing to wait."""
+        try:
+            await self.clients_of_others.trigger("minimal/dawdle", 0.3)
+        except ServiceError as error:
+            response.message = str(error)
+        return response
+
+    async def _dawdle(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         await self.clients_of_others.sleep(1.0)
         response.success = True
         return response
