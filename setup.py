@@ -23,7 +23,7 @@ setup(
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
-        (f"share/{NAME}", ["package.xml", "README.md", "LICENSE"]),
+        (f"share/{NAME}", ["package.xml", "LICENSE"]),
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
         (f"lib/{NAME}", sorted(glob("executables/*"))),

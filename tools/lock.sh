@@ -9,7 +9,7 @@ compile() {
   output=$1
   shift
   "$uv_venv/bin/uv" pip compile --quiet --upgrade --universal --python-version 3.11 \
-    --fork-strategy fewest --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
+    --fork-strategy fewest --no-header --no-annotate \
     --output-file "$output" "$@"
 }
 compile wheels.lock project.in ros.in
