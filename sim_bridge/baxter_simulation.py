@@ -1,0 +1,215 @@
+"""The simulated Baxter, without ROS: commands in, noisy joint states out, 100 times a second."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sim_bridge import debris
+from sim_bridge.baxter_model import build_model
+from sim_bridge.errors import InvalidCommandError
+from sim_bridge.joint_servos import JointServos
+from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
+from sim_bridge.simulation_settings import SimulationSettings
+
+Vector = NDArray[np.float64]
+
+PERIOD = 10_000_000  # [ns] between two joint states
+COMMAND_TIMEOUT = 0.2  # [s], Baxter's own
+INITIAL_POSE = "untucked"
+
+
+@dataclass(frozen=True)
+class JointReading:
+    """What the robot reports at one instant.
+
+    Attributes:
+        stamp: Simulated time [ns].
+        names: 17 names in alphabetical order, as a real Baxter sends them.
+        positions: (17,) [rad], with sensor noise on the arms.
+        velocities: (17,) [rad/s], with sensor noise on the arms.
+        efforts: (17,) [Nm] of the motors.
+    """
+
+    stamp: int
+    names: tuple[str, ...]
+    positions: Vector
+    velocities: Vector
+    efforts: Vector
+
+    def state(self, joints: Sequence[str]) -> Vector:
+        """Return [positions, velocities] of these joints, in this order, shape (2J,)."""
+        index = [self.names.index(joint) for joint in joints]
+        return np.concatenate([self.positions[index], self.velocities[index]])
+
+
+class BaxterSimulation:
+    """Baxter at its table: the physics, the servos and the sensors.
+
+    The same settings, seed and calls give the same motion and the same readings bit for bit.
+    """
+
+    joint_names = ARM_JOINTS
+    published_names = PUBLISHED_JOINTS
+
+    def __init__(self, settings: SimulationSettings | None = None) -> None:
+        """Build the robot; it stands in its initial pose and holds it."""
+        self.settings = settings or SimulationSettings()
+        self.model = build_model(self.settings)
+        self.data = mujoco.MjData(self.model)
+        joints = [self.model.joint(name) for name in ARM_JOINTS]
+        self._qpos = np.array([joint.qposadr[0] for joint in joints])
+        self._dof = np.array([joint.dofadr[0] for joint in joints])
+        self._actuator = np.array([self.model.actuator(name).id for name in ARM_JOINTS])
+        published = [self.model.joint(name) for name in PUBLISHED_JOINTS]
+        self._published_qpos = np.array([joint.qposadr[0] for joint in published])
+        self._published_dof = np.array([joint.dofadr[0] for joint in published])
+        self._arm_in_published = np.array([PUBLISHED_JOINTS.index(name) for name in ARM_JOINTS])
+        self._index = {name: i for i, name in enumerate(ARM_JOINTS)}
+        self._steps_per_period = round(PERIOD * 1e-9 / self.model.opt.timestep)
+        factor = np.array(self.settings.speed_factor)
+        self._servos = JointServos(
+            velocity_limit=self.velocity_limit,
+            speed_factor=np.broadcast_to(factor, (len(ARM_JOINTS),)).copy(),
+            lag_steps=round(self.settings.effective_lag / self.model.opt.timestep),
+            timeout_steps=round(COMMAND_TIMEOUT / self.model.opt.timestep),
+        )
+        self.reset()
+
+    @property
+    def position_limits(self) -> NDArray[np.float64]:
+        """Lower and upper limits of the arm joints, shape (2, 14) [rad]."""
+        ids = [self.model.joint(name).id for name in ARM_JOINTS]
+        return np.ascontiguousarray(self.model.jnt_range[ids].T)
+
+    @property
+    def velocity_limit(self) -> Vector:
+        """Largest speed of the arm joints, shape (14,) [rad/s]."""
+        return np.array(self.model.actuator_ctrlrange[self._actuator, 1])
+
+    @property
+    def nanoseconds(self) -> int:
+        """Simulated time since the last reset [ns], exact."""
+        return self._step // self._steps_per_period * PERIOD
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the last reset [s]."""
+        return self.nanoseconds * 1e-9
+
+    @property
+    def true_positions(self) -> Vector:
+        """Positions of the arm joints without noise, shape (14,) [rad]."""
+        return self.data.qpos[self._qpos].copy()
+
+    @property
+    def true_velocities(self) -> Vector:
+        """Velocities of the arm joints without noise, shape (14,) [rad/s]."""
+        return self.data.qvel[self._dof].copy()
+
+    def reset(self, seed: int | None = None, positions: ArrayLike | None = None) -> None:
+        """Put robot and debris back to where they began; time is 0 again.
+
+        Args:
+            seed: Seed of the sensor noise from now on; None takes the settings'.
+            positions: (14,) of the arm joints [rad] to begin at; None is the initial pose.
+        """
+        mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(INITIAL_POSE).id)
+        if positions is not None:
+            self.data.qpos[self._qpos] = self._checked("positions", ARM_JOINTS, positions)
+        mujoco.mj_forward(self.model, self.data)
+        self._servos.reset()
+        self._rng = np.random.default_rng(self.settings.seed if seed is None else seed)
+        self._step = 0
+        self._measure()
+
+    def command(self, names: Sequence[str], velocities: ArrayLike) -> None:
+        """Command velocities [rad/s]; they act after the lag, for 0.2 s, clipped to the limits.
+
+        Raises:
+            InvalidCommandError: unknown or repeated names, wrong length, or not finite.
+        """
+        values = self._checked("velocities", names, velocities)
+        self._servos.command(self._step, self._indices(names), values)
+
+    def guide(self, names: Sequence[str], positions: ArrayLike, velocities: ArrayLike) -> None:
+        """Move joints by hand, as a person does who teaches: the motors give way.
+
+        For 0.2 s the joints go through `positions` [rad], now, and on at `velocities` [rad/s].
+
+        Raises:
+            InvalidCommandError: unknown or repeated names, wrong lengths, or not finite.
+        """
+        where = self._checked("positions", names, positions)
+        speed = self._checked("velocities", names, velocities)
+        self._servos.guide(self._step, self._indices(names), where, speed)
+
+    def step(self) -> None:
+        """Advance by 10 ms, the period of the joint states."""
+        for _ in range(self._steps_per_period):
+            self._substep()
+        self._measure()
+
+    def read(self) -> JointReading:
+        """Return the present joint states; asked again before `step`, the same ones."""
+        return self._reading
+
+    def debris_in_pan(self) -> int:
+        """Return how many pieces of debris lie in the dustpan."""
+        return debris.debris_in_pan(self.model, self.data)
+
+    def _substep(self) -> None:
+        model, data = self.model, self.data
+        drive = self._servos.drive(
+            self._step, model.opt.timestep, data.qpos[self._qpos], data.qvel[self._dof]
+        )
+        data.ctrl[self._actuator] = drive.velocities
+        data.qfrc_applied[self._dof] = 0.0
+        if drive.guide_accelerations.any():
+            acceleration = np.zeros(model.nv)
+            acceleration[self._dof] = drive.guide_accelerations
+            force = np.zeros(model.nv)
+            mujoco.mj_mulM(model, data, force, acceleration)
+            friction = model.dof_damping[self._dof] * drive.guide_velocities
+            data.qfrc_applied[self._dof] = force[self._dof] + friction
+        mujoco.mj_step(model, data)
+        self._step += 1
+
+    def _measure(self) -> None:
+        noise = self._rng.standard_normal((2, len(ARM_JOINTS)))
+        positions = self.data.qpos[self._published_qpos]
+        velocities = self.data.qvel[self._published_dof]
+        positions[self._arm_in_published] += self.settings.position_noise * noise[0]
+        velocities[self._arm_in_published] += self.settings.velocity_noise * noise[1]
+        self._reading = JointReading(
+            stamp=self.nanoseconds,
+            names=PUBLISHED_JOINTS,
+            positions=positions,
+            velocities=velocities,
+            efforts=self.data.qfrc_actuator[self._published_dof],
+        )
+
+    def _indices(self, names: Sequence[str]) -> NDArray[np.intp]:
+        return np.array([self._index[name] for name in names], dtype=np.intp)
+
+    def _checked(self, what: str, names: Sequence[str], values: ArrayLike) -> Vector:
+        unknown = [name for name in names if name not in self._index]
+        if unknown:
+            raise InvalidCommandError(
+                f"unknown joints: {', '.join(unknown)}; this robot has {', '.join(ARM_JOINTS)}"
+            )
+        if len(set(names)) != len(names):
+            raise InvalidCommandError(f"a joint is named twice: {', '.join(names)}")
+        numbers = np.asarray(values, dtype=float)
+        if numbers.shape != (len(names),) or not len(names):
+            raise InvalidCommandError(
+                f"{numbers.size} {what} for {len(names)} joint names; expected one for each"
+            )
+        if not np.isfinite(numbers).all():
+            joint = names[int(np.argmax(~np.isfinite(numbers)))]
+            raise InvalidCommandError(f"{what} of {joint} is not finite; the command is ignored")
+        return numbers

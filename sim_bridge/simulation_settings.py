@@ -1,0 +1,100 @@
+"""Everything that can be set about the simulated Baxter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.settings import check, setting
+from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.servo_presets import SERVO_PRESETS
+
+
+@dataclass(frozen=True)
+class SimulationSettings:
+    """The robot, its sensors, what lies on the table, and how time passes.
+
+    Raises:
+        InvalidSettingError: a value is out of its range, or `speed_factor` has a wrong length.
+    """
+
+    preset: str = setting(
+        "compliant",
+        "Servos: 'stiff' does nearly what it is told, 'compliant' is soft and 50 ms late.",
+        choices=tuple(SERVO_PRESETS),
+        read_only=True,
+    )
+    command_lag: float = setting(
+        -1.0,
+        "Time from a command's arrival to its effect; negative: that of the preset.",
+        unit="s",
+        minimum=-1.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    speed_factor: tuple[float, ...] = setting(
+        (1.0,),
+        "Speed that each joint makes of a commanded 1 rad/s (a miscalibrated robot): one factor "
+        "for all, or 14, left arm first, from the shoulder outwards.",
+        minimum=0.0,
+        maximum=3.0,
+        read_only=True,
+    )
+    payload: float = setting(
+        0.0,
+        "Mass in each hand that the robot's gravity compensation does not know of.",
+        unit="kg",
+        minimum=0.0,
+        maximum=2.2,
+        read_only=True,
+    )
+    position_noise: float = setting(
+        4e-4, "Standard deviation of measured positions.", unit="rad", minimum=0.0, read_only=True
+    )
+    velocity_noise: float = setting(
+        5e-3,
+        "Standard deviation of measured velocities.",
+        unit="rad/s",
+        minimum=0.0,
+        read_only=True,
+    )
+    debris: int = setting(
+        0, "Number of pieces of debris on the table.", minimum=0, maximum=50, read_only=True
+    )
+    debris_seed: int = setting(0, "Where the debris lies.", minimum=0, read_only=True)
+    seed: int = setting(0, "Seed of the sensor noise.", minimum=0, read_only=True)
+    real_time_factor: float = setting(
+        1.0,
+        "Simulated seconds per second; 0: as fast as it goes. Other than 1, /clock is published.",
+        minimum=0.0,
+        maximum=1000.0,
+        read_only=True,
+    )
+    lockstep: bool = setting(
+        False,
+        "Wait for the answer to each state (a command or a guide), as fast as it goes: the same "
+        "seed gives the same trial bit for bit. Publishes /clock.",
+        read_only=True,
+    )
+    viewer: bool = setting(
+        False, "Show the simulation in a window; needs a display.", read_only=True
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        if len(self.speed_factor) not in (1, len(ARM_JOINTS)):
+            raise InvalidSettingError(
+                f"SimulationSettings.speed_factor has {len(self.speed_factor)} values; expected 1 "
+                f"for all joints, or {len(ARM_JOINTS)}: {', '.join(ARM_JOINTS)}"
+            )
+
+    @property
+    def effective_lag(self) -> float:
+        """Time from a command's arrival to its effect [s], with the preset's if none is set."""
+        preset = SERVO_PRESETS[self.preset]
+        return preset.command_lag if self.command_lag < 0.0 else self.command_lag
+
+    @property
+    def wall_time(self) -> bool:
+        """Whether the simulation keeps the wall clock's time, so that nobody needs /clock."""
+        return self.real_time_factor == 1.0 and not self.lockstep
