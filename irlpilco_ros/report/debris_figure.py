@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import matplotlib
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,12 +13,12 @@ from irlpilco_ros.report.run_summary import DebrisCount
 
 def debris_figure(count: DebrisCount) -> Figure:
     """Draw the pieces in the pan for every scattering, and the mean, for each way of sweeping."""
-    series = {
+    series: dict[str, tuple[Any, dict[str, Any]]] = {
         "demonstration": (count.demonstration, {"color": style.INK, "marker": "s"}),
         "open-loop\nreplay": (count.replay, {"color": style.FAINT, "marker": "D"}),
         "learned\npolicy": (count.learned, {"color": style.ORANGE, "marker": "o"}),
     }
-    with matplotlib.rc_context(style.RC):
+    with style.look():
         figure = Figure(figsize=(style.PAGE_WIDTH * 0.62, 3.3), layout="constrained")
         axes = figure.subplots()
         offsets = np.linspace(-0.2, 0.2, len(count.seeds))

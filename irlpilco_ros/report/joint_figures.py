@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -30,23 +29,21 @@ def joint_groups(joints: tuple[str, ...]) -> list[list[int]]:
 
 def position_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
     """Draw the position [rad] of every joint over the trial."""
-    with matplotlib.rc_context(style.RC):
-        figure, panels, free = _panels(run)
+    with style.look():
+        figure, panels, free = _panels(run, iteration)
         for joint, axes in panels.items():
             _curves(axes, run, iteration, joint, origin=np.zeros_like(run.times))
             _at_least(axes, SMALLEST_SPAN)
             axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
         _label(figure, "joint position [rad]")
         _legend(free[0], iteration)
-        if len(free) > 1:
-            _error_bars(free[1], run, iteration)
         return figure
 
 
 def difference_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
     """Draw how far every joint is from the demonstration [rad], on one scale for all joints."""
-    with matplotlib.rc_context(style.RC):
-        figure, panels, free = _panels(run)
+    with style.look():
+        figure, panels, free = _panels(run, iteration)
         limit = _common_limit(run, iteration)
         for joint, axes in panels.items():
             _curves(axes, run, iteration, joint, origin=run.demonstration[:, joint])
@@ -54,12 +51,12 @@ def difference_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
             axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         _label(figure, "difference from the demonstration [rad]")
         _legend(free[0], iteration)
-        if len(free) > 1:
-            _error_bars(free[1], run, iteration)
         return figure
 
 
-def _panels(run: RunSummary) -> tuple[Figure, dict[int, Axes], list[Axes]]:
+def _panels(
+    run: RunSummary, iteration: IterationSummary
+) -> tuple[Figure, dict[int, Axes], list[Axes]]:
     """Return a figure, the panel of every joint, and the empty panels, at least one."""
     groups = joint_groups(run.joints)
     if sum(-len(group) % COLUMNS for group in groups) == 0:
@@ -75,6 +72,7 @@ def _panels(run: RunSummary) -> tuple[Figure, dict[int, Axes], list[Axes]]:
     grid = figure.subplots(
         rows, COLUMNS, squeeze=False, gridspec_kw={"wspace": 0.27, "hspace": 0.42, **edges}
     )
+    errors = run.joint_rmse(iteration)
     panels: dict[int, Axes] = {}
     free: list[Axes] = []
     for axes, cell in zip(grid.flat, cells, strict=True):
@@ -84,6 +82,7 @@ def _panels(run: RunSummary) -> tuple[Figure, dict[int, Axes], list[Axes]]:
             continue
         panels[cell] = axes
         axes.set_title(style.pretty(run.joints[cell]))
+        axes.set_title(f"{errors[cell]:.4f}", loc="right", fontsize=8.0, color=style.FAINT)
         axes.set_xlim(run.times[0], run.times[-1])
         axes.xaxis.set_major_locator(MaxNLocator(4, integer=True, steps=[1, 2, 5, 10]))
     return figure, panels, free
@@ -132,20 +131,6 @@ def _legend(axes: Axes, iteration: IterationSummary) -> None:
     handles: list[Line2D | Patch] = [Line2D([], [], label="demonstration", **style.DEMONSTRATION)]
     if iteration.prediction is not None:
         handles.append(Line2D([], [], label="prediction, mean", **style.PREDICTION))
-        handles.append(Patch(label="prediction, ± 2 σ", **style.BAND))
+        handles.append(Patch(label="prediction, ± 2 standard\ndeviations", **style.BAND))
     handles.append(Line2D([], [], label=f"robot, trial {iteration.index}", **style.ROBOT))
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(-0.02, 0.5), handlelength=2.6)
-
-
-def _error_bars(axes: Axes, run: RunSummary, iteration: IterationSummary) -> None:
-    """Fill an empty panel with the error of every joint."""
-    errors = run.joint_rmse(iteration)
-    axes.set_axis_on()
-    axes.set_title("error, RMS [rad]")
-    places = np.arange(len(errors))[::-1]
-    axes.barh(places, errors, height=0.72, color=style.ORANGE)
-    axes.set_yticks(places, [style.pretty(joint) for joint in run.joints], fontsize=5.6)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(False, axis="y")
-    axes.set_ylim(-0.7, len(errors) - 0.3)
-    axes.xaxis.set_major_locator(MaxNLocator(2, steps=[1, 2, 5, 10]))

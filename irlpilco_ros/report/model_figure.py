@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import matplotlib
+from typing import Any
+
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
@@ -18,18 +19,17 @@ def relevance_figure(model: ModelSummary) -> Figure:
     A cell of 1 says that the data span one length-scale of that input: the output bends with
     it. At 0.01 the output is all but constant or linear in it.
     """
-    with matplotlib.rc_context(style.RC):
-        outputs, inputs = model.lengthscales.shape
-        height = max(0.172 * outputs + 2.2, 3.4)
+    with style.look():
+        height = max(0.172 * len(model.output_names) + 2.2, 3.4)
         figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
         axes = figure.subplots()
         norm = LogNorm(vmin=0.01, vmax=3.0, clip=True)
-        colours = {"cmap": style.SEQUENTIAL, "norm": norm}
+        colours: dict[str, Any] = {"cmap": style.SEQUENTIAL, "norm": norm}
         image = axes.pcolormesh(model.relevance, edgecolors="white", linewidth=0.4, **colours)
         axes.invert_yaxis()
         _names(axes, model)
         bar = figure.colorbar(image, ax=axes, shrink=0.6, aspect=32, pad=0.01, extend="both")
-        bar.set_label("spread of the data in length-scales [–]")
+        bar.set_label("spread of the data in length-scales")
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         return figure
 

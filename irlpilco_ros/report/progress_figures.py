@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,7 +13,7 @@ from irlpilco_ros.report.run_summary import RunSummary
 
 def error_figure(run: RunSummary) -> Figure:
     """Draw the joint error of every trial [rad], beside replay and what the model expected."""
-    with matplotlib.rc_context(style.RC):
+    with style.look():
         figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.6), layout="constrained")
         axes = figure.subplots()
         indices = [i.index for i in run.iterations]
@@ -40,7 +39,7 @@ def error_figure(run: RunSummary) -> Figure:
 def weights_figure(run: RunSummary) -> Figure:
     """Draw the max-margin weight of every joint over the iterations, and the margin."""
     weighted = [i for i in run.iterations if i.weights is not None]
-    with matplotlib.rc_context(style.RC):
+    with style.look():
         height = 0.24 * len(run.joints) + 1.0
         figure = Figure(figsize=(style.PAGE_WIDTH, max(height, 3.0)), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
@@ -60,7 +59,7 @@ def weights_figure(run: RunSummary) -> Figure:
 def time_figure(run: RunSummary) -> Figure:
     """Draw the computing time of every iteration and the robot time used so far [s]."""
     learned = [i for i in run.iterations if i.index > 0]
-    with matplotlib.rc_context(style.RC):
+    with style.look():
         figure = Figure(figsize=(style.PAGE_WIDTH, 2.9), layout="constrained")
         left, right = figure.subplots(1, 2)
         places = [i.index for i in learned]

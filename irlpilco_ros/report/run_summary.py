@@ -12,8 +12,9 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class IterationSummary:
-    """One iteration and its trial; iteration k was computed from trials 0..k-1 and predicts trial k.
+    """One iteration and its trial.
 
+    Iteration k was computed from the trials 0..k-1, and its prediction is one of trial k.
     Iteration 0 is the initial trial: it has no prediction and no computing time.
 
     Attributes:

@@ -6,14 +6,11 @@ others in line style or marker as well.
 
 from __future__ import annotations
 
-import io
-import re
-from pathlib import Path
+from contextlib import AbstractContextManager
 from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 INK = "#222222"
 FAINT = "#767676"
@@ -35,13 +32,10 @@ REPLAY: dict[str, Any] = {"color": FAINT, "linestyle": (0, (6, 2, 1, 2)), "linew
 # Light at "does not matter", dark at "matters": one hue, so that greyscale keeps the order.
 SEQUENTIAL = "Blues"
 
-# Numbers of one or more only: the scales of the glyphs are small numbers that need their digits.
-_LONG_COORDINATE = re.compile(r"(?<![\d.])(\d*[1-9]\d*\.\d\d)\d+")
-
 PAGE_WIDTH = 10.6
 """Width of a figure that fills the page [in]."""
 
-RC: dict[str, Any] = {
+_RC: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 9.0,
@@ -69,10 +63,15 @@ RC: dict[str, Any] = {
     "legend.frameon": False,
     "legend.fontsize": 9.0,
     "hatch.linewidth": 0.8,
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",
     "svg.hashsalt": "irlpilco",
     "text.color": INK,
 }
+
+
+def look() -> AbstractContextManager[None]:
+    """Return the context in which figures are drawn and saved."""
+    return matplotlib.rc_context(_RC)
 
 
 def pretty(joint: str) -> str:
@@ -83,23 +82,3 @@ def pretty(joint: str) -> str:
 def blank(axes: Axes) -> None:
     """Leave nothing of an axes but its place."""
     axes.set_axis_off()
-
-
-def to_svg(figure: Figure) -> str:
-    """Return a figure as an SVG element without XML prologue, coordinates to 0.01 point."""
-    buffer = io.StringIO()
-    with matplotlib.rc_context(RC):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = buffer.getvalue()
-    text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    return _LONG_COORDINATE.sub(r"\1", text)
-
-
-def save(figure: Figure, folder: Path, name: str, dpi: int = 160) -> str:
-    """Write NAME.svg and NAME.png into a folder and return the SVG element."""
-    svg = to_svg(figure)
-    (folder / f"{name}.svg").write_text(f'<?xml version="1.0" encoding="utf-8"?>\n{svg}')
-    with matplotlib.rc_context(RC):
-        figure.savefig(folder / f"{name}.png", dpi=dpi)
-    return svg
