@@ -1,0 +1,140 @@
+"""The package as `pip install .` leaves it, in the layout that `ros2 run` looks for."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+EXECUTABLES = (
+    "demonstration_recorder",
+    "learner",
+    "controller",
+    "baxter_simulator",
+    "demonstrator",
+)
+
+
+def run(*command: object, **options: object) -> str:
+    """Run a command to its end and return what it printed; it must succeed."""
+    result = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True, check=False, **options
+    )
+    assert result.returncode == 0, f"{command} failed:\n{result.stdout}\n{result.stderr}"
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def source(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the checkout, without what git ignores: building must not litter the original."""
+    listing = run("git", "ls-files", "--cached", "--others", "--exclude-standard", cwd=repository)
+    copy = tmp_path_factory.mktemp("source")
+    for name in filter(lambda name: (repository / name).is_file(), listing.splitlines()):
+        (copy / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(repository / name, copy / name)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def prefix(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A virtual environment in which the package was installed by `pip install .`."""
+    prefix = tmp_path_factory.mktemp("prefix") / "environment"
+    run(sys.executable, "-m", "venv", "--without-pip", prefix)
+    python = prefix / "bin" / "python3"
+    site = Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))").strip())
+    # What the package needs comes from the environment of the tests, behind its own site-packages.
+    behind = sysconfig.get_path("purelib")
+    (site / "tests.pth").write_text(f"import site; site.addsitedir({behind!r})\n")
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python)
+    run(*pip, "install", "--quiet", "--no-deps", "--no-index", "--no-build-isolation", source)
+    return prefix
+
+
+@pytest.fixture
+def environment(prefix: Path) -> dict[str, str]:
+    """The environment variables of somebody who told ROS of the prefix."""
+    environment = {**os.environ, "AMENT_PREFIX_PATH": str(prefix)}
+    environment.pop("PYTHONPATH", None)
+    return environment
+
+
+def test_the_package_is_in_the_ament_index(prefix, environment, tmp_path):
+    code = (
+        "from ament_index_python.packages import *; "
+        "print(get_package_prefix('irlpilco_ros'), get_package_share_directory('irlpilco_ros'))"
+    )
+    found = run(prefix / "bin/python3", "-c", code, env=environment, cwd=tmp_path).split()
+    assert found == [str(prefix), str(prefix / "share/irlpilco_ros")]
+    assert (prefix / "share/irlpilco_ros/package.xml").is_file()
+
+
+def test_every_node_has_an_executable_where_ros2_run_looks(prefix):
+    folder = prefix / "lib/irlpilco_ros"
+    found = {path.name for path in folder.iterdir() if os.access(path, os.X_OK)}
+    assert found == set(EXECUTABLES)
+
+
+def test_parameter_files_and_launch_files_are_installed(prefix, repository):
+    share = prefix / "share/irlpilco_ros"
+    for folder in ("config", "launch"):
+        originals = {path.name: path.read_bytes() for path in (repository / folder).iterdir()}
+        originals.pop("__pycache__", None)
+        installed = {path.name: path.read_bytes() for path in (share / folder).iterdir()}
+        assert installed == originals
+        assert installed
+
+
+def test_installed_code_finds_its_own_files(prefix, environment, tmp_path):
+    code = (
+        "import irlpilco_ros, sim_bridge; from irlpilco_ros.resources import config_file; "
+        "print(irlpilco_ros.__file__, sim_bridge.__file__, config_file('baxter.yaml'))"
+    )
+    found = run(prefix / "bin/python3", "-c", code, env=environment, cwd=tmp_path).split()
+    assert all(path.startswith(f"{prefix}/") for path in found)
+
+
+def test_models_are_installed_with_the_simulation(prefix, repository):
+    site = Path(sysconfig.get_path("purelib", vars={"base": str(prefix)}))
+    models = repository / "sim_bridge/models"
+    originals = {path.relative_to(models) for path in models.rglob("*") if path.is_file()}
+    installed = site / "sim_bridge/models"
+    assert {path.relative_to(installed) for path in installed.rglob("*") if path.is_file()} == (
+        originals
+    )
+
+
+def test_the_command_is_on_the_path(prefix, environment, tmp_path):
+    command = prefix / "bin/irlpilco"
+    assert "demo" in run(command, "--help", env=environment, cwd=tmp_path)
+
+
+def test_config_is_found_in_a_checkout(repository):
+    from irlpilco_ros.resources import MissingResourceError, config_directory, config_file
+
+    assert config_directory() == repository / "config"
+    with pytest.raises(MissingResourceError, match=r"'other\.yaml'.*available: .*baxter\.yaml"):
+        config_file("other.yaml")
+
+
+@pytest.mark.dds
+def test_the_very_files_of_ros2_run_start_their_nodes(ros, prefix, environment, repository):
+    """Also when started inside a checkout they run the installed code; they end in good order."""
+    ros.environment["PYTHONVERBOSE"] = "1"  # says where each module comes from
+    del ros.environment["PYTHONPATH"]
+    config = prefix / "share/irlpilco_ros/config/baxter.yaml"
+    nodes = {
+        name: ros.run(
+            [str(prefix / "lib/irlpilco_ros" / name), "--ros-args", "--params-file", str(config)],
+            log=f"{name}.log",
+        )
+        for name in EXECUTABLES
+    }
+    for name, process in nodes.items():
+        ros.wait_for_node(name, process, timeout=30.0)
+        assert f"{prefix}/lib/" in process.output
+        assert f"{repository}/irlpilco_ros/" not in process.output
