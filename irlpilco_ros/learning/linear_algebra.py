@@ -1,0 +1,100 @@
+"""Cholesky factors and inverses of stacks of positive-definite matrices.
+
+numpy's batched routines release the GIL; scipy's LAPACK wrappers do not, so that threads over
+outputs would wait for each other. numpy has no triangular inverse: the one here is made of
+matrix products.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.gaussian import Array, symmetric
+
+_SMALL = 24  # below this size LAPACK's general inverse is as fast as splitting further
+_FIRST_JITTER = 1e-10
+_LAST_JITTER = 1e-2
+
+
+def triangular_inverse(factor: Array) -> Array:
+    """Return the inverse of a lower triangular matrix, or of each of a stack (..., n, n).
+
+    [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], halving until the blocks are small.
+    """
+    n = factor.shape[-1]
+    if n <= _SMALL:
+        inverse: Array = np.linalg.inv(factor)
+        return inverse
+    half = n // 2
+    result = np.zeros_like(factor)
+    upper = triangular_inverse(factor[..., :half, :half])
+    lower = triangular_inverse(factor[..., half:, half:])
+    result[..., :half, :half] = upper
+    result[..., half:, half:] = lower
+    result[..., half:, :half] = -lower @ (factor[..., half:, :half] @ upper)
+    return result
+
+
+def regularised_inverse(covariance: Array, diagonals: Array) -> tuple[Array, Array]:
+    """Return (S + diag(d))^-1 and log |I + S diag(d)^-1| for several d at once.
+
+    Args:
+        covariance: S, of shape (P, P), positive semi-definite (it may be zero).
+        diagonals: d > 0, of shape (k, P).
+
+    Returns:
+        Inverses of shape (k, P, P) and log determinants of shape (k,).
+
+    Raises:
+        NumericalError: if S + diag(d) is not positive definite.
+    """
+    scale = 1.0 / np.sqrt(diagonals)
+    scales = scale[:, :, None] * scale[:, None, :]
+    scaled = covariance * scales
+    size = covariance.shape[-1]
+    scaled[:, range(size), range(size)] += 1.0
+    try:
+        factor = np.linalg.cholesky(scaled)
+    except np.linalg.LinAlgError:
+        smallest = float(np.linalg.eigvalsh(symmetric(covariance)).min())
+        raise NumericalError(
+            "the covariance of the dynamics model's input is not positive semi-definite: its "
+            f"smallest eigenvalue is {smallest:.3g}, expected at least 0; pass a covariance"
+        ) from None
+    log_determinant = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+    inverse_factor = triangular_inverse(factor)
+    inverse = np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor)
+    inverse *= scales
+    return inverse, log_determinant
+
+
+def jittered_cholesky(matrix: Array, scale: float) -> tuple[Array, float]:
+    """Return the lower Cholesky factor of a matrix, with as much jitter as it takes.
+
+    Args:
+        matrix: Symmetric, of shape (n, n).
+        scale: What the jitter is relative to, such as the signal variance.
+
+    Returns:
+        The factor of matrix + jitter * scale * I, and that jitter (0 if none was needed).
+
+    Raises:
+        NumericalError: if even a jitter of 0.01 does not make the matrix positive definite.
+    """
+    jitter = 0.0
+    while jitter <= _LAST_JITTER:
+        try:
+            factor: Array = np.linalg.cholesky(
+                matrix + (jitter * scale) * np.eye(len(matrix)) if jitter else matrix
+            )
+            if np.isfinite(factor[-1, -1]):
+                return factor, jitter
+        except np.linalg.LinAlgError:
+            pass
+        jitter = max(10.0 * jitter, _FIRST_JITTER)
+    raise NumericalError(
+        f"a kernel matrix of {len(matrix)} points is not positive definite, even with "
+        f"{_LAST_JITTER:g} of its scale {scale:.3g} added to the diagonal; "
+        "check the data for non-finite or absurdly large values"
+    )

@@ -1,0 +1,199 @@
+"""The GP's output at a Gaussian input, all outputs together: value and pullback.
+
+With V the expected Jacobian, the covariance of the outputs splits into what the input's spread
+explains to first order, V S V', and a remainder R, the Schur complement of the joint covariance
+of input and output, hence positive semi-definite:
+
+    first_order:  R = diag(v - diag(V S V'))      so that cov[f_a, f_b] = V_a' S V_b
+    exact:        R = C - V S V'                  with the exact covariances C of each pair
+
+A prior mean A x adds A to V and leaves R as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
+from irlpilco_ros.learning.gaussian import Array, Moments, Pullback, symmetric
+from irlpilco_ros.learning.output_moments import (
+    MeanMoments,
+    VarianceMoments,
+    mean_moments,
+    variance_moments,
+)
+from irlpilco_ros.learning.pair_moments import PairMoments, all_pairs
+from irlpilco_ros.learning.posterior import Posterior
+from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
+
+Method: TypeAlias = Literal["first_order", "exact"]
+
+_SMALLEST_REMAINDER = 1e-12  # of the signal variance; what rounding can leave below it
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """All blocks of outputs at one input, and what they say together."""
+
+    means: list[MeanMoments]
+    variances: list[VarianceMoments]
+    mean: Array
+    jacobian: Array
+    variance: Array
+
+
+def match_moments(
+    posterior: Posterior,
+    prior_mean: Array,
+    mean: Array,
+    covariance: Array,
+    method: Method,
+    gradient: bool,
+    threads: int,
+) -> tuple[Moments, Pullback | None]:
+    """Return the moments of A x + g(x) for x ~ N(mean, covariance), and their pullback.
+
+    Args:
+        posterior: Of g, with E outputs.
+        prior_mean: A, of shape (E, P).
+        mean: Of shape (P,).
+        covariance: Of shape (P, P).
+        method: "first_order" or "exact".
+        gradient: False saves the work for the pullback, which is None then.
+        threads: How many threads may work.
+
+    Raises:
+        InvalidSettingError: if the method or a shape is wrong.
+        NumericalError: if the input is not finite or its covariance is indefinite.
+    """
+    _check_input(prior_mean, mean, covariance, method)
+    covariance = symmetric(covariance)
+    with one_blas_thread():
+        outputs = _all_outputs(posterior, mean, covariance, gradient, threads)
+        pairs = None
+        if method == "exact":
+            pairs = all_pairs(posterior, mean, covariance, outputs.means, gradient, threads)
+    spread = outputs.jacobian @ covariance
+    explained = spread @ outputs.jacobian.T
+    floor = _SMALLEST_REMAINDER * posterior.signal_variance
+    unexplained = outputs.variance - np.diagonal(explained)
+    above = unexplained > floor
+    diagonal = np.where(above, unexplained, floor)
+    remainder = np.diag(diagonal)
+    if pairs is not None:
+        remainder = _definite(pairs.covariance - explained, diagonal, posterior)
+    jacobian = outputs.jacobian + prior_mean
+    moments = Moments(
+        mean=outputs.mean + prior_mean @ mean,
+        covariance=symmetric(jacobian @ covariance @ jacobian.T) + remainder,
+        jacobian=jacobian,
+    )
+    if not gradient:
+        return moments, None
+
+    def pullback(
+        mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+    ) -> tuple[Array, Array]:
+        bar = symmetric(covariance_bar)
+        # Through (A + V) S (A + V)'.
+        jacobian_total = jacobian_bar + 2.0 * bar @ jacobian @ covariance
+        s_bar = jacobian.T @ bar @ jacobian
+        # Through R: variances and pairs, minus what V S V' has taken away from them.
+        variance_bar = np.where(above, np.diagonal(bar), 0.0)
+        taken = np.diag(variance_bar)
+        if pairs is not None:
+            taken = bar - np.diag(np.diagonal(bar) - variance_bar)
+        jacobian_total = jacobian_total - 2.0 * taken @ spread
+        s_bar = s_bar - outputs.jacobian.T @ taken @ outputs.jacobian
+        with one_blas_thread():
+            m_part, s_part = _pull_outputs(outputs, mean_bar, jacobian_total, variance_bar, threads)
+        m_bar = prior_mean.T @ mean_bar + m_part
+        s_bar = s_bar + s_part
+        if pairs is not None:
+            m_part, s_part = pairs.pullback(bar)
+            m_bar, s_bar = m_bar + m_part, s_bar + s_part
+        return m_bar, symmetric(s_bar)
+
+    return moments, pullback
+
+
+def _all_outputs(
+    posterior: Posterior, mean: Array, covariance: Array, gradient: bool, threads: int
+) -> _Outputs:
+    def one_block(block: Posterior) -> tuple[MeanMoments, VarianceMoments]:
+        first = mean_moments(block, mean, covariance)
+        return first, variance_moments(block, mean, covariance, first, gradient)
+
+    results = run_parallel(one_block, posterior.blocks, threads)
+    means = [first for first, _ in results]
+    variances = [second for _, second in results]
+    return _Outputs(
+        means,
+        variances,
+        np.concatenate([block.mean for block in means]),
+        np.concatenate([block.jacobian for block in means]),
+        np.concatenate([block.variance for block in variances]),
+    )
+
+
+def _pull_outputs(
+    outputs: _Outputs, mean_bar: Array, jacobian_bar: Array, variance_bar: Array, threads: int
+) -> tuple[Array, Array]:
+    """Sum the pullbacks of all blocks, in their order."""
+    ends = np.cumsum([len(block.mean) for block in outputs.means])
+
+    def one_block(index: int) -> tuple[Array, Array]:
+        first, second = outputs.means[index], outputs.variances[index]
+        part = slice(ends[index] - len(first.mean), ends[index])
+        m_bar, s_bar = first.pullback(mean_bar[part], jacobian_bar[part])
+        m_bar += variance_bar[part] @ second.by_mean
+        s_bar += np.tensordot(variance_bar[part], second.by_covariance, axes=1)
+        return m_bar, s_bar
+
+    results = run_parallel(one_block, range(len(ends)), threads)
+    m_total, s_total = results[0]
+    for m_bar, s_bar in results[1:]:
+        m_total, s_total = m_total + m_bar, s_total + s_bar
+    return m_total, s_total
+
+
+def _definite(remainder: Array, diagonal: Array, posterior: Posterior) -> Array:
+    """Put the guarded diagonal in, and lift it until rounding cannot make R indefinite.
+
+    The lift is a constant: it has no derivative.
+    """
+    result = remainder.copy()
+    np.fill_diagonal(result, diagonal)
+    lift = _SMALLEST_REMAINDER * posterior.signal_variance
+    for _ in range(12):
+        try:
+            np.linalg.cholesky(result)
+        except np.linalg.LinAlgError:
+            result[np.diag_indices_from(result)] += lift
+            lift = 10.0 * lift
+        else:
+            return result
+    raise NumericalError(
+        "the predicted covariance is not positive definite: rounding errors exceed the signal "
+        "variance; the hyperparameters are too extreme for the data, train them again"
+    )
+
+
+def _check_input(prior_mean: Array, mean: Array, covariance: Array, method: str) -> None:
+    size = prior_mean.shape[1]
+    if method not in get_args(Method):
+        valid = ", ".join(get_args(Method))
+        raise InvalidSettingError(f"method is {method!r}; valid methods: {valid}")
+    if mean.shape != (size,) or covariance.shape != (size, size):
+        raise InvalidSettingError(
+            f"the input's mean has shape {mean.shape} and its covariance {covariance.shape}; "
+            f"expected {(size,)} and {(size, size)}"
+        )
+    if not (np.all(np.isfinite(mean)) and np.all(np.isfinite(covariance))):
+        raise NumericalError(
+            "the input of the dynamics model is not finite; the predicted trajectory before it "
+            "has diverged: use smaller policy parameters"
+        )

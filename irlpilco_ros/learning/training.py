@@ -1,0 +1,171 @@
+"""Training of the dynamics model by evidence maximisation (2.28), outputs in parallel."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+from irlpilco_ros.learning.dynamics_model import DynamicsModel, check_data
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.evidence import curb, negative_log_evidence
+from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.kernel import Hyperparameters
+from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
+
+_SMALLEST_SCALE = 1e-8
+_LENGTHSCALE_REACH = math.log(100.0) * 1.3  # the soft penalty is at a factor of 100
+_SIGNAL_REACH = math.log(1e3)
+_NOISE_FLOOR, _NOISE_CEILING = math.log(1e-5), math.log(10.0)
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """Logarithms of the data's own scales, which bound the search.
+
+    Attributes:
+        inputs: log of the inputs' standard deviations, of shape (P,).
+        targets: log of the targets' scales, of shape (E,).
+    """
+
+    inputs: Array
+    targets: Array
+
+    @staticmethod
+    def of(inputs: Array, targets: Array) -> _Scales:
+        """Measure the data; what does not vary gets a scale that does no harm."""
+        several = len(inputs) > 1
+        spread = inputs.std(axis=0, ddof=1) if several else np.zeros(inputs.shape[1])
+        spread = np.where(spread > _SMALLEST_SCALE, spread, 1.0)
+        height = targets.std(axis=0, ddof=1) if several else np.zeros(targets.shape[1])
+        size = np.sqrt(np.mean(targets**2, axis=0))
+        height = np.maximum(height, np.maximum(1e-3 * size, _SMALLEST_SCALE))
+        return _Scales(np.log(spread), np.log(height))
+
+    def start(self) -> Array:
+        """Return PILCO's starting point [log l, log s, log noise], of shape (E, P + 2)."""
+        outputs = len(self.targets)
+        height = self.targets[:, None]
+        return np.hstack([np.tile(self.inputs, (outputs, 1)), height, height - math.log(10.0)])
+
+    def bounds(self, a: int) -> Array:
+        """Return the box of the search for output a, of shape (P + 2, 2)."""
+        height = self.targets[a]
+        lower = np.append(
+            self.inputs - _LENGTHSCALE_REACH, [height - _SIGNAL_REACH, height + _NOISE_FLOOR]
+        )
+        upper = np.append(
+            self.inputs + _LENGTHSCALE_REACH, [height + _SIGNAL_REACH, height + _NOISE_CEILING]
+        )
+        return np.stack([lower, upper], axis=1)
+
+
+def train(
+    inputs: Array,
+    targets: Array,
+    prior_mean: Array | None = None,
+    warm_start: Hyperparameters | None = None,
+    threads: int = 2,
+    progress: Callable[[float], None] | None = None,
+    max_evaluations: int = 300,
+) -> DynamicsModel:
+    """Find the hyperparameters that maximise the evidence, and condition the model on the data.
+
+    Args:
+        inputs: [state, control], of shape (n, P).
+        targets: Changes of the state, of shape (n, E).
+        prior_mean: A of the linear prior mean, of shape (E, P); None for a zero mean.
+        warm_start: Hyperparameters to start from, such as the last iteration's; None starts
+            from the scales of the data, as PILCO does.
+        threads: How many threads may work; has no influence on the result.
+        progress: Called with the fraction done, 0..1, from the threads that work, one call at a
+            time; may raise to cancel.
+        max_evaluations: Of the evidence, for each output.
+
+    Raises:
+        InvalidSettingError: if shapes disagree or the data are not finite.
+        NumericalError: if no positive-definite kernel matrix can be found.
+    """
+    outputs, size = targets.shape[1], inputs.shape[1]
+    prior = np.zeros((outputs, size)) if prior_mean is None else prior_mean
+    check_data(inputs, targets, prior)
+    residuals = targets - inputs @ prior.T
+    scales = _Scales.of(inputs, residuals)
+    start = scales.start() if warm_start is None else _stack(warm_start, outputs, size)
+    report = _Progress(progress, outputs)
+
+    def one_output(a: int) -> Array:
+        found = _maximise_evidence(
+            inputs, residuals[:, a], start[a], scales.inputs, scales.bounds(a), max_evaluations
+        )
+        report.step()
+        return found
+
+    with one_blas_thread():
+        found = np.array(run_parallel(one_output, range(outputs), threads))
+    hyperparameters = Hyperparameters(found[:, :size], found[:, size], found[:, size + 1])
+    return DynamicsModel.condition(inputs, targets, hyperparameters, prior, threads)
+
+
+def _maximise_evidence(
+    inputs: Array,
+    targets: Array,
+    start: Array,
+    log_scales: Array,
+    bounds: Array,
+    max_evaluations: int,
+) -> Array:
+    """Return the best parameters [log l, log s, log noise] that L-BFGS finds for one output."""
+
+    def objective(parameters: Array) -> tuple[float, Array]:
+        value, gradient = negative_log_evidence(inputs, targets, parameters)
+        penalty, slope = curb(parameters, log_scales)
+        return value + penalty, gradient + slope
+
+    result = optimize.minimize(
+        objective,
+        np.clip(start, bounds[:, 0], bounds[:, 1]),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxfun": max_evaluations, "maxiter": max_evaluations, "maxcor": 20},
+    )
+    best: Array = result.x
+    return best
+
+
+def _stack(warm_start: Hyperparameters, outputs: int, size: int) -> Array:
+    expected = (outputs, size)
+    if warm_start.log_lengthscales.shape != expected:
+        raise InvalidSettingError(
+            f"warm_start has length-scales of shape {warm_start.log_lengthscales.shape}; "
+            f"expected {expected} like the data"
+        )
+    return np.hstack(
+        [
+            warm_start.log_lengthscales,
+            warm_start.log_signal[:, None],
+            warm_start.log_noise[:, None],
+        ]
+    )
+
+
+class _Progress:
+    """Counts outputs and tells whoever wants to know, one call at a time."""
+
+    def __init__(self, callback: Callable[[float], None] | None, total: int) -> None:
+        self._callback = callback
+        self._total = total
+        self._done = 0
+        self._lock = threading.Lock()
+
+    def step(self) -> None:
+        if self._callback is None:
+            return
+        with self._lock:
+            self._done += 1
+            self._callback(self._done / self._total)
