@@ -19,7 +19,7 @@ setup(
     packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge", "sim_bridge.*"]),
     package_data={
         NAME: ["py.typed", "**/*.html", "**/*.css", "**/*.js"],
-        "sim_bridge": ["py.typed", "models/**/*"],
+        "sim_bridge": ["py.typed", "**/*.xml", "**/*.yaml", "**/*.md"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -28,7 +28,6 @@ setup(
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
         (f"lib/{NAME}", sorted(glob("executables/*"))),
     ],
-    # What colcon needs not look for is left to requirements/: mujoco, mcap, rosbags, ...
     install_requires=[
         "matplotlib",
         "mcap>=1.2",

@@ -98,14 +98,20 @@ def test_installed_code_finds_its_own_files(prefix, environment, tmp_path):
     assert all(path.startswith(f"{prefix}/") for path in found)
 
 
-def test_models_are_installed_with_the_simulation(prefix, repository):
+def test_every_file_of_the_packages_is_installed(prefix, source):
+    """Models, demonstrations and templates too, not the Python files alone."""
+
+    def files(folder: Path) -> set[str]:
+        return {
+            str(path.relative_to(folder))
+            for package in ("irlpilco_ros", "sim_bridge")
+            for path in (folder / package).rglob("*")
+            if path.is_file() and path.suffix != ".pyc"
+        }
+
     site = Path(sysconfig.get_path("purelib", vars={"base": str(prefix)}))
-    models = repository / "sim_bridge/models"
-    originals = {path.relative_to(models) for path in models.rglob("*") if path.is_file()}
-    installed = site / "sim_bridge/models"
-    assert {path.relative_to(installed) for path in installed.rglob("*") if path.is_file()} == (
-        originals
-    )
+    assert "sim_bridge/models/baxter/baxter.xml" in files(site)
+    assert files(site) == files(source)
 
 
 def test_the_command_is_on_the_path(prefix, environment, tmp_path):
