@@ -1,0 +1,54 @@
+"""One message in a bag, as raw bytes, and its topic."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, schema
+
+CUSTOM_RECORD = "irlpilco_ros"
+"""Name of the MCAP metadata record with what the recorder knew from the start."""
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """A topic of a bag.
+
+    Attributes:
+        name: Resolved name, such as /robot/joint_states.
+        message_type: Such as sensor_msgs/msg/JointState.
+        definition: The type's definition with all that it depends on (ros2msg).
+        type_hash: The type's hash (RIHS01).
+        qos_profiles: Quality of service that its publishers offered, as rosbag2 writes it.
+    """
+
+    name: str
+    message_type: str
+    definition: str = field(repr=False)
+    type_hash: str = field(repr=False)
+    qos_profiles: tuple[Mapping[str, Any], ...] = field(default=(), compare=False, repr=False)
+
+    @classmethod
+    def joint_state(cls, name: str, qos_profiles: Sequence[Mapping[str, Any]] = ()) -> Self:
+        """Return a topic of sensor_msgs/JointState."""
+        definition, type_hash = schema(JOINT_STATE)
+        return cls(name, JOINT_STATE, definition, type_hash, tuple(qos_profiles))
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """A message of a bag.
+
+    Attributes:
+        topic: Its topic.
+        data: The bytes that came over the wire (CDR).
+        log_time: When it was received [ns], wall clock.
+        publish_time: When it was sent [ns], wall clock of the sender.
+    """
+
+    topic: BagTopic
+    data: bytes = field(repr=False)
+    log_time: int
+    publish_time: int
