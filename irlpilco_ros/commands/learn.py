@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from irlpilco_ros.commands.terminal import ProgressDisplay
@@ -51,8 +52,13 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def learn_iteration(session: Session, title: str) -> str:
+def learn_iteration(session: Session, title: str, check: Callable[[], None] | None = None) -> str:
     """Call `learn_iteration` once, showing progress, and return the answer.
+
+    Args:
+        session: A node to call with.
+        title: What the progress is headed with.
+        check: Called now and then; what it raises ends the waiting.
 
     Raises:
         ServiceError: the learner is not there, ended, or says why it could not do it.
@@ -63,5 +69,7 @@ def learn_iteration(session: Session, title: str) -> str:
             progress = session.progress
             if progress is not None and progress.iteration >= 0:
                 display.update(progress.stage, progress.fraction, progress.details())
+            if check is not None:
+                check()
 
         return session.trigger("learn_iteration", timeout=None, on_wait=show)

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import shutil
 from pathlib import Path
 from typing import Any
 
 from irlpilco_ros.commands import metrics_table
+from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
 from irlpilco_ros.commands.terminal import ProgressDisplay
+from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
+from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.errors import BagError, RunDirectoryError
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.run_directory import numbered_bags
 
 EPILOG = """\
-It computes what the learner node would have computed after the last of these trials: the cost
-weights, the dynamics model, and the policy for the next trial. The same bags and settings give
-the same policy, bit for bit. OUT gets the result as a run directory without that trial; its
-policy_KKK.yaml is a parameters file that the controller takes as it is.
+It computes what the learner node computes when the robot has just done these trials: for each of
+them the cost weights, the dynamics model and the policy of the next one. The same bags and
+settings give the same policies, bit for bit. Bags that hold no whole trial are passed over.
+
+OUT becomes a run directory with copies of the bags: `irlpilco report OUT` shows it, a learner
+started on it goes on with the next trial, and OUT/policy_KKK.yaml runs without a learner.
 
 examples:
   irlpilco train --demonstration runs/demo/demonstration --trials runs/demo/trials
-  irlpilco train --demonstration bags/demonstration --trials bags/trials \\
+  irlpilco train --demonstration runs/demo/demonstration --trials runs/demo/trials \\
       --settings config/thesis.yaml --run-directory runs/thesis
   ros2 run irlpilco_ros controller --ros-args --params-file runs/train/policy_007.yaml
 """
@@ -28,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "train",
         help="learn from bags, without a robot",
-        description="Learn the next policy from a demonstration and trials in bags.",
+        description="Learn from a demonstration and trials in bags.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -36,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
         "--demonstration", type=Path, required=True, metavar="BAG", help="bag to imitate"
     )
     parser.add_argument(
-        "--trials", type=Path, required=True, metavar="DIR", help="folder of the bags of the trials"
+        "--trials", type=Path, required=True, metavar="DIR", help="folder of the trials' bags"
     )
     parser.add_argument(
         "--run-directory",
@@ -49,17 +59,52 @@ def add_parser(subparsers: Any) -> None:
     parser.set_defaults(run=run)
 
 
-def add_settings_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add --settings and --robot."""
-    parser.add_argument(
-        "--settings",
-        type=Path,
-        metavar="FILE",
-        help="parameters file of the learner (default: the package's config/sweep.yaml)",
+def run(arguments: argparse.Namespace) -> int:
+    """Learn from all trials, one after the other, and print a row for each."""
+    robot, settings = read_settings(arguments)
+    bags = whole_trials(arguments.trials, robot)
+    if arguments.run_directory.exists():
+        raise RunDirectoryError(
+            f"{arguments.run_directory} exists already; name a new folder with --run-directory"
+        )
+    learning = Apprenticeship.open(
+        arguments.run_directory, arguments.demonstration, robot, settings
     )
-    parser.add_argument(
-        "--robot",
-        type=Path,
-        metavar="FILE",
-        help="parameters file of the robot (default: the package's config/baxter.yaml)",
-    )
+    print(metrics_table.header(), flush=True)
+    for bag in bags:
+        plan = prepare(learning)
+        copy = learning.directory.trials_directory / bag.name
+        shutil.copytree(bag, copy)
+        report = learning.finish(plan, copy)
+        print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
+    plan = prepare(learning)
+    learning.close()
+    print(f"policy for the next trial: {learning.directory.policy_file(plan.index)}")
+    return 0
+
+
+def whole_trials(folder: Path, robot: RobotSettings) -> list[Path]:
+    """Return the bags in a folder that hold a whole trial, in order.
+
+    Raises:
+        BagError: there is none; the message says what is wrong with those that are there.
+    """
+    whole, reasons = [], []
+    for _, bag in numbered_bags(folder):
+        try:
+            read_bag(bag).rollout(robot.joints, robot.horizon)
+        except BagError as error:
+            reasons.append(f"{bag.name}: {error}")
+        else:
+            whole.append(bag)
+    if not whole:
+        raise BagError(f"no whole trial in {folder}; {'; '.join(reasons) or 'it has no bags NNN'}")
+    return whole
+
+
+def prepare(learning: Apprenticeship) -> Plan:
+    """Do the learning before the next trial, showing progress."""
+    with ProgressDisplay(f"iteration {learning.next_index}") as display:
+        return learning.prepare(
+            lambda progress: display.update(progress.stage, progress.fraction, progress.message)
+        )

@@ -32,6 +32,10 @@ class ServiceError(IrlPilcoError):
     """A service is not there, did not answer in time, or refused."""
 
 
+class RefusedError(ServiceError):
+    """A service answered success=false; the message says why."""
+
+
 class Clients:
     """The services that one node calls.
 
@@ -181,7 +185,7 @@ def _late(name: str, timeout: float) -> str:
 
 def _message_of(name: str, answer: Any) -> str:
     if not answer.success:
-        raise ServiceError(f"{name} refused: {answer.message}")
+        raise RefusedError(f"{name} refused: {answer.message}")
     return str(answer.message)
 
 

@@ -20,10 +20,10 @@ class LearnerProgress:
     Attributes:
         stage: What it is doing, such as "model", "policy" or "trial"; "idle" if nothing.
         iteration: Which iteration, or -1 if none is under way.
-        fraction: How much of the stage is done, 0..1.
+        fraction: How much of the iteration's computing is done, 0..1.
         cost: Lowest cost found so far, NaN if there is none.
         evaluations: Cost evaluations so far.
-        seconds_left: Estimated time left in this stage [s], NaN if unknown.
+        seconds_left: Estimated computing time left [s], NaN if unknown.
     """
 
     stage: str = "idle"
@@ -71,17 +71,17 @@ class LearnerProgress:
         return ", ".join(parts)
 
 
-class StageClock:
-    """Estimates how long a stage still takes from how fast its fraction grows."""
+class IterationClock:
+    """Estimates how long the computing of an iteration still takes from how fast it advances."""
 
     def __init__(self) -> None:
-        self._stage = ""
+        self._iteration = -1
         self._start = 0.0
 
-    def seconds_left(self, stage: str, fraction: float) -> float:
+    def seconds_left(self, iteration: int, fraction: float) -> float:
         """Return the time left [s], or NaN while nothing can be said."""
         now = time.monotonic()
-        if stage != self._stage:
-            self._stage, self._start = stage, now
+        if iteration != self._iteration:
+            self._iteration, self._start = iteration, now
         elapsed = now - self._start
         return elapsed * (1.0 - fraction) / fraction if fraction > 0.0 else math.nan

@@ -1,0 +1,173 @@
+"""`irlpilco demo`: the whole of it, from the demonstration to the report, on a simulated Baxter."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from irlpilco_ros.commands import metrics_table
+from irlpilco_ros.commands.demo_nodes import (
+    SERVICES,
+    add_robot_arguments,
+    node_environment,
+    start_nodes,
+)
+from irlpilco_ros.commands.learn import learn_iteration
+from irlpilco_ros.commands.node_processes import NodeProcesses
+from irlpilco_ros.commands.report import make_report
+from irlpilco_ros.commands.ros_domain import enter_private_domain
+from irlpilco_ros.commands.run_folder import keep_previous
+from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
+from irlpilco_ros.commands.terminal import ProgressDisplay
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
+from irlpilco_ros.experience.run_directory import RunDirectory
+
+if TYPE_CHECKING:
+    from irlpilco_ros.nodes.session import Session
+
+EPILOG = """\
+It starts baxter_simulator, demonstrator, demonstration_recorder, controller and learner, each in
+a process of its own and in a ROS domain of their own (or ROS_DOMAIN_ID, if set); has the sweep
+demonstrated and recorded; replays the demonstration's speeds blindly, as the baseline; calls
+/learn_iteration seven times; and makes the report. While it runs, other shells can look on with
+ROS_DOMAIN_ID set to the number that it prints. The nodes' logs are in RUN/log.
+
+A run that is already there is kept: runs/demo becomes runs/demo.1, .2, ...
+
+examples:
+  irlpilco demo
+  irlpilco demo --seed 3
+  irlpilco demo --settings config/thesis.yaml --run-directory runs/thesis
+  irlpilco demo --speed-factor 0.7 --command-lag 0.1 --run-directory runs/miscalibrated
+  irlpilco demo --real-time-factor 1         watch it at the robot's own speed
+"""
+
+START_TIMEOUT = 60.0
+"""How long the nodes may take to come up [s]."""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        "demo",
+        help="demonstrate, learn and report a sweep on a simulated Baxter",
+        description="Teach a simulated Baxter to sweep, with all nodes, and report how it went.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of sensor noise and learning (default: 0)"
+    )
+    parser.add_argument(
+        "--iterations", type=int, default=7, metavar="N", help="how many (default: 7)"
+    )
+    parser.add_argument(
+        "--run-directory",
+        type=Path,
+        default=Path("runs/demo"),
+        metavar="RUN",
+        help="where everything goes (default: runs/demo)",
+    )
+    add_settings_arguments(parser)
+    add_robot_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do it all; the nodes are stopped in the end, whatever happens."""
+    read_settings(arguments)  # a wrong file is found before anything is started or moved
+    directory = RunDirectory(arguments.run_directory)
+    kept = keep_previous(directory.path)
+    if kept is not None:
+        print(f"the run that was in {arguments.run_directory} is kept in {kept}")
+    domain = enter_private_domain(os.environ)
+    print(f"run directory {directory.path}, ROS_DOMAIN_ID {domain}", flush=True)
+    from irlpilco_ros.nodes.session import Session
+
+    environment = node_environment(directory.path)
+    with NodeProcesses(directory.path / "log", environment) as nodes:
+        start_nodes(nodes, arguments, directory.path)
+        with Session("irlpilco_demo") as session:
+            Demo(arguments, directory, session, nodes.check).run()
+    print(f"report: {make_report(directory.path)}")
+    return 0
+
+
+class Demo:
+    """The demo once its nodes have been started."""
+
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        directory: RunDirectory,
+        session: Session,
+        check: Callable[[], None],
+    ) -> None:
+        """Do nothing yet.
+
+        Args:
+            arguments: The command line.
+            directory: The run directory, new.
+            session: A node to call the others with.
+            check: Raises if one of the nodes has ended.
+        """
+        from irlpilco_ros.nodes.trial_runner import TrialRunner
+
+        self._arguments = arguments
+        self._directory = directory
+        self._session = session
+        self._check = check
+        self._trials = TrialRunner(session.clients)
+
+    def run(self) -> None:
+        """Demonstrate, replay, learn; one printed row per trial."""
+        with ProgressDisplay("demo") as display:
+            display.update("start the nodes", 0.0)
+            self._session.wait_for_services(SERVICES, START_TIMEOUT, self._check)
+            display.update("demonstration", 0.3)
+            demonstration, summary = self._demonstrate()
+            display.update("replay of the demonstration", 0.6)
+            replay = self._replay(demonstration)
+        print(f"demonstration: {summary}")
+        print(metrics_table.header())
+        _print_row(replay)
+        parameters = {"demonstration": str(demonstration)}
+        self._session.run(self._session.clients.set_parameters("learner", parameters), self._check)
+        printed = 0
+        for iteration in range(1, self._arguments.iterations + 1):
+            learn_iteration(self._session, f"iteration {iteration}", self._check)
+            rows = self._directory.metrics()
+            for row in rows[printed:]:
+                _print_row(row)
+            printed = len(rows)
+
+    def _demonstrate(self) -> tuple[Path, str]:
+        """Have the sweep demonstrated, and return its bag and what the recorder says of it."""
+        self._session.trigger("demonstrator/move_to_start", 300.0, self._check)
+        recordings = self._directory.path / "recordings"
+        return self._session.run(self._trials.record("demonstrator/play", recordings), self._check)
+
+    def _replay(self, demonstration: Path) -> MetricsRow:
+        """Replay the demonstration's own speeds, the baseline of all learning."""
+        robot, settings = read_settings(self._arguments)
+        settings = dataclasses.replace(settings, seed=self._arguments.seed)
+        run = Apprenticeship.open(self._directory.path, demonstration, robot, settings)
+        try:
+            trial = self._trials.run(
+                run.replay_parameters(), run.directory.replay_directory, lambda stage: None
+            )
+            return run.finish_replay(self._session.run(trial, self._check))
+        finally:
+            run.close()
+
+
+def _print_row(row: MetricsRow) -> None:
+    values = dataclasses.asdict(row)
+    if row.iteration is None:
+        values["iteration"] = REPLAY
+    print(metrics_table.row(values), flush=True)

@@ -1,0 +1,103 @@
+"""The five nodes of the demo: which they are and what they are told."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import irlpilco_ros
+from irlpilco_ros.commands.node_processes import NodeProcesses
+from irlpilco_ros.commands.settings_files import settings_paths
+
+SERVICES = (
+    "demonstration_recorder/start",
+    "controller/run_trial",
+    "learn_iteration",
+    "baxter_simulator/reset",
+    "demonstrator/play",
+)
+"""A service of each node: when all are there, the nodes are ready."""
+
+
+def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the simulated robot."""
+    group = parser.add_argument_group("simulated robot")
+    group.add_argument(
+        "--preset",
+        choices=("compliant", "stiff"),
+        default="compliant",
+        help="servos: soft and late like Baxter's own (default), or doing what they are told",
+    )
+    group.add_argument(
+        "--speed-factor",
+        type=float,
+        nargs="+",
+        metavar="X",
+        help="what each joint makes of a commanded 1 rad/s: one number, or 14, left arm first",
+    )
+    group.add_argument(
+        "--command-lag", type=float, metavar="S", help="delay of commands [s] (default: preset's)"
+    )
+    group.add_argument(
+        "--real-time-factor",
+        type=float,
+        metavar="X",
+        help="simulated seconds per second, 1 for real time; without it the simulation waits for "
+        "each answer (lockstep): as fast as possible, and the same seed gives the same trials",
+    )
+
+
+def node_environment(run_directory: Path) -> dict[str, str]:
+    """Return the nodes' environment: this one's, able to import this very package."""
+    environment = dict(os.environ)
+    package_parent = str(Path(irlpilco_ros.__file__).resolve().parents[1])
+    paths = [package_parent, *filter(None, [environment.get("PYTHONPATH")])]
+    environment["PYTHONPATH"] = os.pathsep.join(paths)
+    environment["PYTHONUNBUFFERED"] = "1"
+    environment["ROS_LOG_DIR"] = str(run_directory.resolve() / "log" / "ros")
+    return environment
+
+
+def start_nodes(
+    processes: NodeProcesses, arguments: argparse.Namespace, run_directory: Path
+) -> None:
+    """Start the five nodes, each in a process of its own."""
+    robot_file, settings_file = (str(path) for path in settings_paths(arguments))
+    robot = ["--params-file", robot_file]
+    learner = [*robot, "--params-file", settings_file]
+    # A parameter file may have a section of its own for the learner; only this outweighs it.
+    learner += _values({"learner:seed": arguments.seed, "learner:run_directory": run_directory})
+    simulator = [*robot, *_values(_simulation_parameters(arguments))]
+    for module, options in (
+        ("sim_bridge.baxter_simulator_node", simulator),
+        ("sim_bridge.demonstrator_node", robot),
+        ("irlpilco_ros.nodes.demonstration_recorder", robot),
+        ("irlpilco_ros.nodes.controller", robot),
+        ("irlpilco_ros.nodes.learner", learner),
+    ):
+        name = module.rpartition(".")[2].removesuffix("_node")
+        processes.start(name, module, ["--ros-args", *options])
+
+
+def _simulation_parameters(arguments: argparse.Namespace) -> dict[str, object]:
+    """Return what the simulator is told; what nobody asked for keeps its default."""
+    values: dict[str, object] = {
+        "seed": arguments.seed,
+        "preset": arguments.preset,
+        "lockstep": arguments.real_time_factor is None,
+    }
+    for name in ("speed_factor", "command_lag", "real_time_factor"):
+        if getattr(arguments, name) is not None:
+            values[name] = getattr(arguments, name)
+    return values
+
+
+def _values(parameters: dict[str, object]) -> Sequence[str]:
+    """Return parameters as words of a ROS command line."""
+    words: list[str] = []
+    for name, value in parameters.items():
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        words += ["-p", f"{name}:={text}"]
+    return words

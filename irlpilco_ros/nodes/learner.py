@@ -1,0 +1,218 @@
+"""The learner: `learn_iteration` is one pass of Algorithm 3 on the robot.
+
+It computes in a thread of its own and awaits the robot, so that it answers, reports progress and
+stops at once, whatever it is doing. What it has done is in the run directory only.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan, TrialReport
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.learning.iteration import Progress
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.nodes.clients import Clients
+from irlpilco_ros.nodes.health import OK, WARN, Health
+from irlpilco_ros.nodes.learner_progress import IterationClock, LearnerProgress
+from irlpilco_ros.nodes.learner_worker import LearnerWorker
+from irlpilco_ros.nodes.parameters import declare_settings
+from irlpilco_ros.nodes.predicted_trajectory import predicted_trajectory
+from irlpilco_ros.nodes.qos import DIAGNOSTICS, LATCHED
+from irlpilco_ros.nodes.runtime import run_node
+from irlpilco_ros.nodes.trial_runner import TrialRunner
+
+Result = TypeVar("Result")
+
+PROGRESS_PERIOD = 0.25
+"""Time between two messages on learner/progress [s]."""
+
+STOP_TIMEOUT = 5.0
+"""How long a computation may take to notice that the node stops [s]."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """Where the learner works."""
+
+    run_directory: str = setting(
+        "runs/sweep", "Folder that holds all of this run; learning goes on there.", read_only=True
+    )
+    demonstration: str = setting(
+        "", "Bag of the demonstration; empty if the run directory has it already."
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+class Learner(Node):
+    """The node `learner`."""
+
+    def __init__(self) -> None:
+        """Declare the parameters and take up the run, if there is one.
+
+        Raises:
+            InvalidSettingError: a parameter is wrong.
+            RunDirectoryError: the run directory belongs to another demonstration or configuration.
+        """
+        super().__init__("learner")
+        self._robot = declare_settings(self, RobotSettings)
+        self._settings = declare_settings(self, LearningSettings)
+        self._where = declare_settings(self, RunSettings, apply=self._move)
+        self._run: Apprenticeship | None = None
+        self._busy = False
+        self._progress = LearnerProgress()
+        self._iteration_clock = IterationClock()
+        self._trials = TrialRunner(Clients(self))
+        self._worker = LearnerWorker(lambda: self.executor)
+        self._health = Health(self)
+        self._progress_publisher = self.create_publisher(
+            DiagnosticArray, "learner/progress", DIAGNOSTICS
+        )
+        self._prediction_publisher = self.create_publisher(
+            JointTrajectory, "learner/predicted_trajectory", LATCHED
+        )
+        group = ReentrantCallbackGroup()
+        self.create_timer(
+            PROGRESS_PERIOD,
+            self._publish_progress,
+            callback_group=group,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
+        self.create_service(Trigger, "learn_iteration", self._learn_iteration, callback_group=group)
+        self._health.report(OK, self._first_words())
+
+    def shutdown(self) -> None:
+        """Break off whatever is being computed; the run directory stays as it is."""
+        if not self._worker.cancel(STOP_TIMEOUT):
+            self.get_logger().error(f"still computing after {STOP_TIMEOUT} s; leaving it")
+        self._close()
+
+    def _move(self, where: RunSettings) -> None:
+        self._where = where
+
+    def _first_words(self) -> str:
+        """Check the run at the start, so that a wrong one is refused before the robot moves."""
+        directory = Path(self._where.run_directory)
+        if not self._where.demonstration and not directory.exists():
+            return "waiting for a demonstration"
+        return f"ready for iteration {self._open().next_index}"
+
+    def _open(self) -> Apprenticeship:
+        """Read where the run stands, with the parameters as they are now."""
+        self._close()
+        self._run = Apprenticeship.open(
+            Path(self._where.run_directory),
+            Path(self._where.demonstration) if self._where.demonstration else None,
+            self._robot,
+            self._settings,
+        )
+        return self._run
+
+    def _close(self) -> None:
+        if self._run is not None:
+            self._run.close()
+            self._run = None
+
+    async def _learn_iteration(
+        self, _: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        """Do one iteration; never raises, for what fails here must not end the node."""
+        if self._busy:
+            now = self._progress
+            response.message = f"busy: iteration {now.iteration} is under way ({now.stage})"
+            return response
+        self._busy = True
+        self._health.report(OK, "learning")
+        try:
+            response.message = await self._iterate()
+            response.success = True
+            self._health.report(OK, "idle", last=response.message)
+        except IrlPilcoError as error:
+            response.message = str(error)
+        except Exception as error:
+            traceback.print_exc()
+            response.message = f"unexpected {type(error).__name__}: {error}"
+        finally:
+            self._busy = False
+            self._progress = LearnerProgress()
+        if not response.success:
+            self._health.report(WARN, f"the last iteration failed: {response.message}")
+            self.get_logger().error(response.message)
+        return response
+
+    async def _iterate(self) -> str:
+        """Do what Algorithm 3 does between two questions to the user; return one line about it."""
+        self._say("open run")
+        await self._trials.settle()
+        run = await self._compute(self._open)
+        if run.next_index == 0:
+            await self._do_trial(run)
+        report = await self._do_trial(run)
+        return report.sentence()
+
+    async def _do_trial(self, run: Apprenticeship) -> TrialReport:
+        """Learn from all trials so far, try it on the robot, and see how well it went."""
+        self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
+        plan: Plan = await self._compute(lambda: run.prepare(self._take_progress))
+        if plan.iteration is not None:
+            self._prediction_publisher.publish(
+                predicted_trajectory(plan.iteration, self._robot, self.get_clock().now().to_msg())
+            )
+        bag = await self._trials.run(plan.parameters, run.directory.trials_directory, self._say)
+        self._say("judge")
+        report: TrialReport = await self._compute(lambda: run.finish(plan, bag))
+        return report
+
+    async def _compute(self, job: Callable[[], Result]) -> Result:
+        """Run the job in the worker's thread."""
+        result: Result = await self._worker.run(job)
+        return result
+
+    def _take_progress(self, progress: Progress) -> None:
+        """Take note of what the worker says; called in its thread, ends it if the node stops."""
+        self._worker.check()
+        iteration = self._progress.iteration
+        self._progress = LearnerProgress(
+            stage=progress.stage,
+            iteration=iteration,
+            fraction=progress.fraction,
+            cost=progress.cost,
+            evaluations=progress.evaluations,
+            seconds_left=self._iteration_clock.seconds_left(
+                self._progress.iteration, progress.fraction
+            ),
+        )
+
+    def _say(self, stage: str) -> None:
+        """Take note of a stage outside of computing."""
+        self._progress = replace(
+            self._progress, stage=stage, fraction=1.0, seconds_left=float("nan")
+        )
+
+    def _publish_progress(self) -> None:
+        self._progress_publisher.publish(self._progress.to_message(self.get_clock().now().to_msg()))
+
+
+def main() -> int:
+    """Run the node until a signal ends it."""
+    return run_node(Learner)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
