@@ -6,15 +6,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
-from irlpilco_ros.learning.trigonometric import BlockPullback
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
+
+MeanPullback = Callable[[Array, Array], tuple[Array, Array]]
+"""(mean_bar (k,), covariance_bar (k, k)) -> (input mean_bar (n,), input covariance_bar (n, n)):
+features are the end of the chain, where nothing depends on their Jacobian."""
 
 _JITTER = 1e-12
 
 
 def cubature_moments(
-    function: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], state: Gaussian
-) -> tuple[Moments, BlockPullback]:
+    function: Callable[[Array], tuple[Array, Array]], state: Gaussian
+) -> tuple[Moments, MeanPullback]:
     """Return the moments of a function at 2n points of equal weight, m +- sqrt(n) L e_i.
 
     Exact for polynomials of degree three (the mean); L is the Cholesky factor of the covariance.
@@ -25,8 +28,7 @@ def cubature_moments(
 
     Returns:
         Moments with mean (k,), covariance (k, k), Jacobian (k, n) (the mean of the points'
-        Jacobians), and their pullback. The pullback of the Jacobian needs second derivatives
-        and is refused.
+        Jacobians), and the pullback of mean and covariance.
     """
     n = len(state.mean)
     lift = _JITTER * max(float(np.trace(state.covariance)), _JITTER)
@@ -37,11 +39,7 @@ def cubature_moments(
     deviations = values - mean
     covariance = deviations.T @ deviations / (2 * n)
 
-    def pullback(
-        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        if jacobian_bar.any():
-            raise NotImplementedError("cubature has no pullback of its Jacobian")
+    def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
         values_bar = (mean_bar + deviations @ (covariance_bar + covariance_bar.T)) / (2 * n)
         points_bar = np.einsum("mk,mkn->mn", values_bar, jacobians)
         offsets_bar = np.sqrt(n) * (points_bar[:n] - points_bar[n:]).T
@@ -50,7 +48,7 @@ def cubature_moments(
     return Moments(mean, covariance, jacobians.mean(axis=0)), pullback
 
 
-def _cholesky_pullback(factor: np.ndarray, factor_bar: np.ndarray) -> np.ndarray:
+def _cholesky_pullback(factor: Array, factor_bar: Array) -> Array:
     """Return the symmetric adjoint of S for S = L L' (Murray 2016)."""
     inner = np.tril(factor.T @ np.tril(factor_bar))
     inner[np.diag_indices_from(inner)] *= 0.5

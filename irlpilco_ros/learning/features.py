@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from irlpilco_ros.learning.cubature import cubature_moments
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
-from irlpilco_ros.learning.trigonometric import BlockPullback, sine_cosine_moments
+from irlpilco_ros.learning.cubature import MeanPullback, cubature_moments
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
+from irlpilco_ros.learning.trigonometric import sine_cosine_moments
 
 
 class Features(Protocol):
@@ -20,10 +20,10 @@ class Features(Protocol):
     def size(self) -> int:
         """Number of features."""
 
-    def of(self, states: np.ndarray) -> np.ndarray:
+    def of(self, states: Array) -> Array:
         """Return the features (..., size) of states (..., D)."""
 
-    def moments(self, state: Gaussian) -> tuple[Moments, BlockPullback]:
+    def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
         """Return the features' moments at a Gaussian state, and their pullback."""
 
 
@@ -37,22 +37,20 @@ class JointPositions:
 
     size: int
 
-    def of(self, states: np.ndarray) -> np.ndarray:
+    def of(self, states: Array) -> Array:
         """Return the joint positions (..., J) of states (..., D)."""
         return states[..., : self.size]
 
-    def moments(self, state: Gaussian) -> tuple[Moments, BlockPullback]:
+    def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
         """Return the moments of the joint positions."""
         return select_moments(state, self.size)
 
 
-def select_moments(state: Gaussian, size: int) -> tuple[Moments, BlockPullback]:
+def select_moments(state: Gaussian, size: int) -> tuple[Moments, MeanPullback]:
     """Return the moments of the first entries of a state, and their pullback."""
     whole = len(state.mean)
 
-    def pullback(
-        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
         m_bar, S_bar = np.zeros(whole), np.zeros((whole, whole))
         m_bar[:size] = mean_bar
         S_bar[:size, :size] = covariance_bar
@@ -78,12 +76,12 @@ class PositionAndAngle:
         """Three features."""
         return 3
 
-    def of(self, states: np.ndarray) -> np.ndarray:
+    def of(self, states: Array) -> Array:
         """Return (x, sin theta, cos theta) of states (..., D), shape (..., 3)."""
         angle = states[..., self.angle]
         return np.stack([states[..., self.position], np.sin(angle), np.cos(angle)], axis=-1)
 
-    def moments(self, state: Gaussian) -> tuple[Moments, BlockPullback]:
+    def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
         """Return the exact moments of (x, sin theta, cos theta)."""
         S = state.covariance
         trig, pull_trig = sine_cosine_moments(state, [self.angle])
@@ -93,11 +91,9 @@ class PositionAndAngle:
         covariance = jacobian @ S @ jacobian.T
         covariance[1:, 1:] = trig.covariance
 
-        def pullback(
-            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-        ) -> tuple[np.ndarray, np.ndarray]:
+        def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
             cross_bar = covariance_bar[1:, :1] + covariance_bar[:1, 1:].T  # of trig.jacobian S row'
-            trig_bar = jacobian_bar[1:] + cross_bar @ (row @ S)
+            trig_bar = cross_bar @ (row @ S)
             m_bar, S_bar = pull_trig(mean_bar[1:], covariance_bar[1:, 1:], trig_bar)
             m_bar = m_bar + mean_bar[0] * row[0]
             outer = trig.jacobian.T @ cross_bar @ row
@@ -119,25 +115,22 @@ class CubatureFeatures:
 
     size: int
     inputs: int
-    function: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+    function: Callable[[Array], tuple[Array, Array]]
 
-    def of(self, states: np.ndarray) -> np.ndarray:
+    def of(self, states: Array) -> Array:
         """Return the features (..., size) of states (..., D)."""
         points = states[..., : self.inputs]
         values, _ = self.function(points.reshape(-1, self.inputs))
         return values.reshape(*states.shape[:-1], self.size)
 
-    def moments(self, state: Gaussian) -> tuple[Moments, BlockPullback]:
+    def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
         """Return the features' moments by spherical cubature."""
         joints, pull_joints = select_moments(state, self.inputs)
         moments, pull = cubature_moments(self.function, Gaussian(joints.mean, joints.covariance))
         padding = np.zeros((self.size, len(state.mean) - self.inputs))
 
-        def pullback(
-            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-        ) -> tuple[np.ndarray, np.ndarray]:
-            bars = pull(mean_bar, covariance_bar, jacobian_bar[:, : self.inputs])
-            return pull_joints(*bars, np.zeros_like(joints.jacobian))
+        def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
+            return pull_joints(*pull(mean_bar, covariance_bar))
 
         return Moments(
             moments.mean, moments.covariance, np.hstack([moments.jacobian, padding])

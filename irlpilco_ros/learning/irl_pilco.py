@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from irlpilco_ros.learning.costs import Cost, FeatureExpectations, FeatureMatching, TrajectoryKl
+from irlpilco_ros.learning.costs.base import discounts
+from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Array, Gaussian
+from irlpilco_ros.learning.initial_policy import initial_policy, random_policy, zero_policy
 from irlpilco_ros.learning.iteration import Errors, Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.objective import Objective
 from irlpilco_ros.learning.policies import OpenLoopPolicy, Policy
+from irlpilco_ros.learning.policy_search import search_policy
+from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
+from irlpilco_ros.learning.threads import one_blas_thread
+from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.weight_rules import WEIGHT_RULES
 
 __all__ = [
     "Errors",
@@ -27,17 +40,9 @@ __all__ = [
 ]
 
 
-def initial_policy(task: Task, settings: LearningSettings) -> Policy:
-    """Return the policy of the first trial (thesis Algorithm 3, line 2)."""
-    raise NotImplementedError
-
-
 def open_loop_policy(task: Task) -> OpenLoopPolicy:
     """Return the replay of the demonstration's own speeds: the baseline of all learning."""
-    joints = task.control_size
-    positions = task.reference_states()[:, :joints]
-    speeds = np.diff(positions, axis=0) / task.dt
-    controls = np.clip(speeds, -task.control_limit, task.control_limit)
+    controls = np.clip(task.demonstrated_controls(), -task.control_limit, task.control_limit)
     return OpenLoopPolicy(controls, task.control_limit, task.state_size)
 
 
@@ -48,8 +53,190 @@ def learn(
     previous: Iteration | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Iteration:
-    """Do one pass of Algorithm 3 on all trials so far and return what it found."""
-    raise NotImplementedError
+    """Do one pass of thesis Algorithm 3: weights, dynamics model, policy search.
+
+    Deterministic: the same arguments give the same bits, whatever `settings.threads` is.
+
+    Args:
+        task: What is to be learned.
+        settings: How.
+        trials: Every trial so far, in the order they were made, with their controls.
+        previous: The iteration before, for warm starts; None for the first.
+        progress: Told where learning stands; whatever it raises cancels learning.
+
+    Raises:
+        InvalidSettingError: if there is no trial, or one that does not fit the task.
+        NumericalError: if no finite prediction can be made.
+    """
+    _check_trials(task, trials)
+    report = _Reporter(progress, settings.evaluations)
+    with one_blas_thread():
+        weights, margin = weigh(task, settings, trials)
+        began = time.perf_counter()
+        model = _train_model(task, settings, trials, previous, report)
+        trained = time.perf_counter()
+        objective = imitation_objective(task, settings, model, trials, weights)
+        starts = _starting_policies(task, settings, previous)
+        found = search_policy(
+            objective, starts, settings.optimiser, settings.evaluations, report.policy
+        )
+        prediction = objective.evaluate(found.policy, gradient=False).trajectory
+        searched = time.perf_counter()
+    return Iteration(
+        index=len(trials),
+        policy=found.policy,
+        hyperparameters=model.hyperparameters,
+        weights=weights,
+        margin=margin,
+        cost=found.cost,
+        predicted_means=prediction.means,
+        predicted_covariances=prediction.covariances,
+        evaluations=found.evaluations,
+        model_seconds=trained - began,
+        policy_seconds=searched - trained,
+        learned=margin <= settings.margin_tolerance,
+        notes=model.notes,
+    )
+
+
+def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> tuple[Array, float]:
+    """Return cost weights (k,) and margin from all trials so far (thesis (4.5)-(4.6)).
+
+    Features of different units are made comparable by `task.feature_scale` first.
+    """
+    factors = discounts(settings.discount, task.horizon)
+    reference = task.reference_features()
+    deviations = []
+    for trial in trials:
+        difference = (task.feature_map.of(trial.states) - reference) / task.scale
+        if settings.method == "feature_expectations":
+            deviations.append((factors @ difference) ** 2)
+        else:
+            deviations.append(factors @ difference**2)
+    return WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
+
+
+def imitation_objective(
+    task: Task,
+    settings: LearningSettings,
+    model: DynamicsModel,
+    trials: Sequence[Rollout],
+    weights: Array,
+) -> Objective:
+    """Return the expected cost of imitation, as a function of the policy."""
+    return Objective(
+        model=model,
+        start=start_state(task, trials),
+        horizon=task.horizon,
+        layout=task.state_layout,
+        cost=_imitation_cost(task, settings, weights / task.scale**2),
+        covariance="exact" if settings.covariance == "exact" else "first_order",
+    )
+
+
+def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
+    """Return where trials start: where they did so far, spread at least as much as the noise."""
+    starts = np.stack([trial.states[0] for trial in trials])
+    variances = starts.var(axis=0) + task.noise**2
+    return Gaussian(starts.mean(axis=0), np.diag(variances))
+
+
+def _imitation_cost(task: Task, settings: LearningSettings, weights: Array) -> Cost:
+    features, reference = task.feature_map, task.reference_features()
+    if settings.method == "feature_matching":
+        return FeatureMatching(
+            features, reference, weights, settings.variance_weight, settings.discount
+        )
+    if settings.method == "feature_expectations":
+        return FeatureExpectations(features, reference, weights, settings.discount)
+    return TrajectoryKl(
+        features,
+        reference,
+        task.reference_covariances(),
+        task.feature_noise(),
+        settings.discount,
+    )
+
+
+def _train_model(
+    task: Task,
+    settings: LearningSettings,
+    trials: Sequence[Rollout],
+    previous: Iteration | None,
+    report: _Reporter,
+) -> DynamicsModel:
+    layout = task.state_layout
+    inputs = [
+        np.hstack([layout.dynamics_view(trial.states[:-1]), trial.controls]) for trial in trials
+    ]
+    prior = None
+    if settings.prior_mean == "velocity":
+        prior = velocity_prior(task.control_size, task.dt)
+    return train(
+        np.vstack(inputs),
+        np.vstack([layout.targets(trial.states) for trial in trials]),
+        prior_mean=prior,
+        warm_start=previous.hyperparameters if previous is not None else None,
+        threads=settings.threads,
+        progress=report.model,
+    )
+
+
+def _starting_policies(
+    task: Task, settings: LearningSettings, previous: Iteration | None
+) -> list[Policy]:
+    first = initial_policy(task, settings)
+    zero = zero_policy(task, settings)
+    policies: dict[str, Policy] = {
+        "last": previous.policy if previous is not None else first,
+        "zero": zero,
+        "initial": first,
+        "random": random_policy(zero, settings.seed + 1),
+    }
+    return [policies[name] for name in dict.fromkeys(settings.starts)]
+
+
+def _check_trials(task: Task, trials: Sequence[Rollout]) -> None:
+    if not trials:
+        raise InvalidSettingError("learning needs at least one trial; record one first")
+    for number, trial in enumerate(trials):
+        wanted = (task.horizon, task.control_size)
+        if trial.states.shape != (task.horizon + 1, task.state_size) or (
+            trial.controls.shape != wanted
+        ):
+            raise InvalidSettingError(
+                f"trial {number} has states {trial.states.shape} and controls "
+                f"{trial.controls.shape}; the task needs {(task.horizon + 1, task.state_size)} "
+                f"and {wanted}"
+            )
+        if not trial.commanded:
+            raise InvalidSettingError(
+                f"trial {number} has no controls (all NaN): a dynamics model cannot learn from it"
+            )
+
+
+class _Reporter:
+    """Turns the stages' own progress into that of the whole iteration."""
+
+    MODEL_PART = 0.3
+
+    def __init__(self, progress: Callable[[Progress], None] | None, evaluations: int) -> None:
+        self._progress = progress
+        self._evaluations = evaluations
+
+    def model(self, fraction: float) -> None:
+        if self._progress is not None:
+            self._progress(
+                Progress("model", self.MODEL_PART * fraction, math.nan, 0, "training the model")
+            )
+
+    def policy(self, cost: float, evaluations: int) -> None:
+        if self._progress is None:
+            return
+        done = min(1.0, evaluations / self._evaluations)
+        fraction = self.MODEL_PART + (1.0 - self.MODEL_PART) * done
+        message = f"searching the policy: cost {cost:.4g} after {evaluations} evaluations"
+        self._progress(Progress("policy", fraction, cost, evaluations, message))
 
 
 def judge(task: Task, trial: Rollout) -> Errors:

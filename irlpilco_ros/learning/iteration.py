@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.policies import Policy, from_arrays
 
 _ARRAYS = (
     "weights",
     "predicted_means",
     "predicted_covariances",
-    "log_lengthscales",
-    "log_signal",
-    "log_noise",
 )
+_HYPERPARAMETERS = ("log_lengthscales", "log_signal", "log_noise")
 _NUMBERS = ("margin", "cost", "model_seconds", "policy_seconds")
 _COUNTS = ("index", "evaluations")
 
@@ -62,9 +62,7 @@ class Iteration:
     Attributes:
         index: Number k of trials that it learned from.
         policy: The policy for the next trial.
-        log_lengthscales: Of the dynamics model, shape (E, P).
-        log_signal: Logarithm of the signal's standard deviation, shape (E,).
-        log_noise: Logarithm of the noise's standard deviation, shape (E,).
+        hyperparameters: Of the dynamics model.
         weights: Cost weights, shape (k,).
         margin: Margin of the weight rule over the trials so far.
         cost: Predicted cost of the policy.
@@ -79,23 +77,23 @@ class Iteration:
 
     index: int
     policy: Policy
-    log_lengthscales: np.ndarray
-    log_signal: np.ndarray
-    log_noise: np.ndarray
-    weights: np.ndarray
+    hyperparameters: Hyperparameters
+    weights: Array
     margin: float
     cost: float
-    predicted_means: np.ndarray
-    predicted_covariances: np.ndarray
+    predicted_means: Array
+    predicted_covariances: Array
     evaluations: int
     model_seconds: float
     policy_seconds: float
     learned: bool = False
     notes: tuple[str, ...] = ()
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
+    def to_arrays(self) -> dict[str, Array]:
         """Return everything as named arrays for an npz file without pickles."""
         arrays = {name: np.asarray(getattr(self, name)) for name in _ARRAYS + _NUMBERS + _COUNTS}
+        for name in _HYPERPARAMETERS:
+            arrays[name] = getattr(self.hyperparameters, name)
         arrays["learned"] = np.asarray(self.learned)
         arrays["notes"] = np.asarray(self.notes, dtype=np.str_)
         arrays["policy_kind"] = np.asarray(self.policy.kind)
@@ -118,6 +116,9 @@ class Iteration:
                 if name.startswith("policy_") and name not in ("policy_kind", "policy_seconds")
             }
             fields: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
+            fields["hyperparameters"] = Hyperparameters(
+                **{name: np.asarray(arrays[name]) for name in _HYPERPARAMETERS}
+            )
             fields |= {name: float(arrays[name]) for name in _NUMBERS}
             fields |= {name: int(arrays[name]) for name in _COUNTS}
             learned = bool(arrays["learned"])

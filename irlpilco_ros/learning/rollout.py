@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Array
 
 
 @dataclass(frozen=True)
@@ -18,8 +19,8 @@ class Rollout:
         controls: u[0..T-1], shape (T, F) [rad/s]; all NaN if nobody commanded the robot.
     """
 
-    states: np.ndarray
-    controls: np.ndarray
+    states: Array
+    controls: Array
 
     def __post_init__(self) -> None:
         states = np.asarray(self.states, dtype=float)
@@ -53,10 +54,10 @@ class Rollout:
         """Whether controls were sent, so that a dynamics model can learn from it."""
         return not bool(np.isnan(self.controls).all())
 
-    def inputs(self) -> np.ndarray:
+    def inputs(self) -> Array:
         """Return the pairs (x[t], u[t]) that dynamics learn from, shape (T, D + F)."""
         return np.hstack([self.states[:-1], self.controls])
 
-    def increments(self) -> np.ndarray:
+    def increments(self) -> Array:
         """Return x[t+1] - x[t], shape (T, D)."""
         return np.diff(self.states, axis=0)

@@ -6,15 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
 from irlpilco_ros.learning.trigonometric import sine_moments
 
-SquashPullback = Callable[
-    [np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]
-]
+SquashPullback = Callable[[Array, Array, Array], tuple[Array, Array, Array]]
 
 
-def squash(values: np.ndarray, limit: np.ndarray) -> np.ndarray:
+def squash(values: Array, limit: Array) -> Array:
     """Return limit * (9 sin v + sin 3v) / 8 (thesis (4.8)): never beyond the limit.
 
     Args:
@@ -24,7 +22,7 @@ def squash(values: np.ndarray, limit: np.ndarray) -> np.ndarray:
     return limit * ((9.0 / 8.0) * np.sin(values) + (1.0 / 8.0) * np.sin(3.0 * values))
 
 
-def unsquash(controls: np.ndarray, limit: np.ndarray, saturation: float = 0.95) -> np.ndarray:
+def unsquash(controls: Array, limit: Array, saturation: float = 0.95) -> Array:
     """Return v in [-pi/2, pi/2] with squash(v) = control, for controls within the limit.
 
     Args:
@@ -38,7 +36,7 @@ def unsquash(controls: np.ndarray, limit: np.ndarray, saturation: float = 0.95) 
     return np.interp(ratio, squash(grid, np.ones(1)), grid)
 
 
-def squashed_moments(raw: Moments, limit: np.ndarray) -> tuple[Moments, SquashPullback]:
+def squashed_moments(raw: Moments, limit: Array) -> tuple[Moments, SquashPullback]:
     """Return the moments of squash(v) for v ~ N(raw.mean, raw.covariance), exactly.
 
     sin v and sin 3v are jointly sines of a Gaussian of twice the size.
@@ -62,8 +60,8 @@ def squashed_moments(raw: Moments, limit: np.ndarray) -> tuple[Moments, SquashPu
     moments = Moments(mix @ sines.mean, mix @ sines.covariance @ mix.T, slope @ raw.jacobian)
 
     def pullback(
-        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+    ) -> tuple[Array, Array, Array]:
         slope_bar = jacobian_bar @ raw.jacobian.T
         v_bar, v_covariance_bar = pull_sines(
             mix.T @ mean_bar, mix.T @ covariance_bar @ mix, mix.T @ slope_bar @ stretch.T

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Array
 
 
 @dataclass(frozen=True)
@@ -52,29 +53,29 @@ class StateLayout:
         """Number of entries of the extended state."""
         return self.state_size + 2 * len(self.angles)
 
-    def extend(self, states: np.ndarray) -> np.ndarray:
+    def extend(self, states: Array) -> Array:
         """Return [x, sin x_i, cos x_i, ...] for states (..., D), shape (..., D + 2A)."""
         parts = [states]
         for angle in self.angles:
             parts += [np.sin(states[..., angle, None]), np.cos(states[..., angle, None])]
         return np.concatenate(parts, axis=-1)
 
-    def policy_view(self, states: np.ndarray) -> np.ndarray:
+    def policy_view(self, states: Array) -> Array:
         """Return what the policy sees of states (..., D)."""
-        view: np.ndarray = self.extend(states)[..., list(self.policy_inputs or ())]
+        view: Array = self.extend(states)[..., list(self.policy_inputs or ())]
         return view
 
-    def dynamics_view(self, states: np.ndarray) -> np.ndarray:
+    def dynamics_view(self, states: Array) -> Array:
         """Return what the dynamics model sees of states (..., D)."""
-        view: np.ndarray = self.extend(states)[..., list(self.dynamics_inputs or ())]
+        view: Array = self.extend(states)[..., list(self.dynamics_inputs or ())]
         return view
 
-    def targets(self, states: np.ndarray) -> np.ndarray:
+    def targets(self, states: Array) -> Array:
         """Return what the dynamics model predicts, for a run of states (T + 1, D): (T, D)."""
         return states[1:] - states[:-1] * self.difference_mask
 
     @property
-    def difference_mask(self) -> np.ndarray:
+    def difference_mask(self) -> Array:
         """1 where the model predicts an increment, 0 where the next value, shape (D,)."""
         mask = np.zeros(self.state_size)
         mask[list(self.differences or ())] = 1.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import Features, JointPositions
+from irlpilco_ros.learning.gaussian import Array, Gaussian
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.state_layout import StateLayout
 
@@ -30,9 +31,9 @@ class Task:
 
     demonstrations: tuple[Rollout, ...]
     dt: float
-    control_limit: np.ndarray
+    control_limit: Array
     features: Features | None = None
-    feature_scale: np.ndarray | None = None
+    feature_scale: Array | None = None
     position_noise: float = 1e-3
     velocity_noise: float = 1e-2
     layout: StateLayout | None = None
@@ -96,7 +97,7 @@ class Task:
         return self.features
 
     @property
-    def scale(self) -> np.ndarray:
+    def scale(self) -> Array:
         """Typical size of each feature, shape (k,)."""
         assert self.feature_scale is not None
         return self.feature_scale
@@ -108,23 +109,39 @@ class Task:
         return self.layout
 
     @property
-    def noise(self) -> np.ndarray:
+    def noise(self) -> Array:
         """Standard deviation of each measured state [rad, rad/s], shape (D,)."""
         joints = self.state_size // 2
         return np.repeat([self.position_noise, self.velocity_noise], [joints, joints])
 
-    def reference_states(self) -> np.ndarray:
+    @property
+    def policy_size(self) -> int:
+        """Number of entries of the state that the policy sees."""
+        return int(self.state_layout.policy_view(np.zeros(self.state_size)).shape[0])
+
+    def demonstrated_controls(self) -> Array:
+        """Return the controls that the demonstration amounts to, shape (H, F).
+
+        What was commanded if somebody commanded the robot, else the speeds of its joints.
+        """
+        if all(run.commanded for run in self.demonstrations):
+            controls: Array = np.mean([run.controls for run in self.demonstrations], axis=0)
+            return controls
+        positions = self.reference_states()[:, : self.control_size]
+        return np.diff(positions, axis=0) / self.dt
+
+    def reference_states(self) -> Array:
         """Return the mean of the demonstrations, shape (H + 1, D)."""
-        mean: np.ndarray = np.mean([run.states for run in self.demonstrations], axis=0)
+        mean: Array = np.mean([run.states for run in self.demonstrations], axis=0)
         return mean
 
-    def reference_features(self) -> np.ndarray:
+    def reference_features(self) -> Array:
         """Return phi_E[t], t = 0..H, the mean of the demonstrations' features: (H + 1, k)."""
         features = [self.feature_map.of(run.states) for run in self.demonstrations]
-        mean: np.ndarray = np.mean(features, axis=0)
+        mean: Array = np.mean(features, axis=0)
         return mean
 
-    def reference_covariances(self) -> np.ndarray:
+    def reference_covariances(self) -> Array:
         """Return the demonstrations' spread over the features, never below the noise.
 
         Returns:
@@ -138,10 +155,9 @@ class Task:
             spread[t] += self._feature_noise(state)
         return spread
 
-    def _feature_noise(self, state: np.ndarray) -> np.ndarray:
-        from irlpilco_ros.learning.gaussian import Gaussian
+    def _feature_noise(self, state: Array) -> Array:
 
         moments, _ = self.feature_map.moments(Gaussian(state, np.diag(self.noise**2)))
         floor = (1e-3 * self.scale) ** 2
-        noise: np.ndarray = moments.covariance + np.diag(floor)
+        noise: Array = moments.covariance + np.diag(floor)
         return noise

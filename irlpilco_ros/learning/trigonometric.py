@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
-
-BlockPullback = Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, Pullback
 
 
-def sine_moments(angles: Gaussian) -> tuple[Moments, BlockPullback]:
+def sine_moments(angles: Gaussian) -> tuple[Moments, Pullback]:
     """Return the exact moments of sin(a), elementwise, for a ~ N(m, S).
 
     E sin a = exp(-s/2) sin m, and products of sines become sums of cosines of a_i - a_j and
@@ -37,8 +35,8 @@ def sine_moments(angles: Gaussian) -> tuple[Moments, BlockPullback]:
     covariance = 0.5 * (minus * np.cos(difference_angle) - plus * np.cos(sum_angle))
 
     def pullback(
-        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+        mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+    ) -> tuple[Array, Array]:
         slope_bar = np.diagonal(jacobian_bar)
         bar = 0.5 * (covariance_bar + covariance_bar.T)
         m_bar = mean_bar * slope - slope_bar * mean
@@ -55,14 +53,14 @@ def sine_moments(angles: Gaussian) -> tuple[Moments, BlockPullback]:
     return Moments(mean, covariance, np.diag(slope)), pullback
 
 
-def _exp_difference(S: np.ndarray, half_sum: np.ndarray, both: np.ndarray) -> np.ndarray:
+def _exp_difference(S: Array, half_sum: Array, both: Array) -> Array:
     """Return exp(S - half_sum) - exp(-half_sum), without cancellation or overflow."""
     small = np.abs(S) < 1.0
     accurate = both * np.expm1(np.where(small, S, 0.0))
     return np.where(small, accurate, np.exp(S - half_sum) - both)
 
 
-def sine_cosine_moments(state: Gaussian, angles: Sequence[int]) -> tuple[Moments, BlockPullback]:
+def sine_cosine_moments(state: Gaussian, angles: Sequence[int]) -> tuple[Moments, Pullback]:
     """Return the exact moments of (sin x_i, cos x_i), interleaved over the listed angles.
 
     Args:
@@ -82,8 +80,8 @@ def sine_cosine_moments(state: Gaussian, angles: Sequence[int]) -> tuple[Moments
     selection[np.arange(len(index)), index] = 1.0
 
     def pullback(
-        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+        mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+    ) -> tuple[Array, Array]:
         angle_bar, angle_covariance_bar = pull_sines(
             mean_bar, covariance_bar, jacobian_bar @ selection.T
         )

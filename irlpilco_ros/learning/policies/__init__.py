@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.policies.base import Arrays, Policy, PolicyPullback
+from irlpilco_ros.learning.policies.base import Arrays, Policy
 from irlpilco_ros.learning.policies.linear import LinearPolicy
 from irlpilco_ros.learning.policies.linear_phase import LinearPhasePolicy
 from irlpilco_ros.learning.policies.open_loop import OpenLoopPolicy
@@ -52,6 +52,5 @@ __all__ = [
     "LinearPolicy",
     "OpenLoopPolicy",
     "Policy",
-    "PolicyPullback",
     "from_arrays",
 ]

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
 
-Arrays = dict[str, np.ndarray | float | int]
+Arrays = dict[str, Array | float | int]
 """A policy as named arrays and numbers: what files and ROS parameters hold."""
-
-PolicyPullback = Callable[
-    [np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]
-]
-"""(mean_bar (F,), covariance_bar (F, F), jacobian_bar (F, D)) ->
-(state mean_bar (D,), state covariance_bar (D, D), parameters_bar (p,))."""
 
 
 class Policy(Protocol):
@@ -28,7 +21,7 @@ class Policy(Protocol):
         """Name of the kind of policy, as in files."""
 
     @property
-    def control_limit(self) -> np.ndarray:
+    def control_limit(self) -> Array:
         """Largest absolute value of each control, shape (F,)."""
 
     @property
@@ -36,27 +29,25 @@ class Policy(Protocol):
         """Number of state dimensions D that the policy sees."""
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameters(self) -> Array:
         """What policy search changes, as one vector (p,)."""
 
-    def with_parameters(self, parameters: np.ndarray) -> Policy:
+    def with_parameters(self, parameters: Array) -> Policy:
         """Return the same kind of policy with other parameters (p,)."""
 
-    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+    def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial, within the limit."""
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
-    ) -> tuple[Moments, PolicyPullback | None]:
+    ) -> tuple[Moments, ParameterPullback | None]:
         """Return the control's moments at a Gaussian state, and their pullback if asked for."""
 
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
 
 
-def checked_array(
-    owner: str, name: str, value: object, shape: tuple[int | None, ...]
-) -> np.ndarray:
+def checked_array(owner: str, name: str, value: object, shape: tuple[int | None, ...]) -> Array:
     """Return the value as a finite float array of a shape; None stands for any length.
 
     Raises:
@@ -80,7 +71,7 @@ def checked_array(
     return array
 
 
-def checked_limit(owner: str, value: object, size: int) -> np.ndarray:
+def checked_limit(owner: str, value: object, size: int) -> Array:
     """Return the control limit as a finite, non-negative array (F,).
 
     Raises:
@@ -94,7 +85,7 @@ def checked_limit(owner: str, value: object, size: int) -> np.ndarray:
     return limit
 
 
-def checked_vector(policy: Policy, parameters: np.ndarray) -> np.ndarray:
+def checked_vector(policy: Policy, parameters: Array) -> Array:
     """Return the parameter vector if its length fits the policy.
 
     Raises:

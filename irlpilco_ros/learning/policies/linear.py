@@ -8,19 +8,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.policies.base import (
     Arrays,
-    PolicyPullback,
     checked_array,
     checked_limit,
     checked_vector,
 )
 from irlpilco_ros.learning.squashing import squash, squashed_moments
 
-AffinePullback = Callable[
-    [np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-]
+AffinePullback = Callable[[Array, Array, Array], tuple[Array, Array, Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -34,9 +31,9 @@ class LinearPolicy:
     """
 
     kind: ClassVar[str] = "linear"
-    weights: np.ndarray
-    bias: np.ndarray
-    control_limit: np.ndarray
+    weights: Array
+    bias: Array
+    control_limit: Array
 
     def __post_init__(self) -> None:
         weights = checked_array(self.kind, "weights", self.weights, (None, None))
@@ -52,30 +49,30 @@ class LinearPolicy:
         return int(self.weights.shape[1])
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameters(self) -> Array:
         """W row by row, then b: shape (F D + F,)."""
         return np.concatenate([self.weights.ravel(), self.bias])
 
-    def with_parameters(self, parameters: np.ndarray) -> LinearPolicy:
+    def with_parameters(self, parameters: Array) -> LinearPolicy:
         """Return the policy with other parameters, laid out as in `parameters`."""
         vector = checked_vector(self, parameters)
         size = self.weights.size
         weights = vector[:size].reshape(self.weights.shape)
         return LinearPolicy(weights, vector[size:], self.control_limit)
 
-    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+    def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,)."""
         return squash(self.weights @ state + self.bias, self.control_limit)
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
-    ) -> tuple[Moments, PolicyPullback | None]:
+    ) -> tuple[Moments, ParameterPullback | None]:
         """Return the exact moments of the control at a Gaussian state."""
         moments, pull = affine_moments(self.weights, self.bias, self.control_limit, state)
 
         def pullback(
-            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+        ) -> tuple[Array, Array, Array]:
             m_bar, S_bar, W_bar, b_bar = pull(mean_bar, covariance_bar, jacobian_bar)
             return m_bar, S_bar, np.concatenate([W_bar.ravel(), b_bar])
 
@@ -87,7 +84,7 @@ class LinearPolicy:
 
 
 def affine_moments(
-    weights: np.ndarray, bias: np.ndarray, control_limit: np.ndarray, state: Gaussian
+    weights: Array, bias: Array, control_limit: Array, state: Gaussian
 ) -> tuple[Moments, AffinePullback]:
     """Return the moments of squash(W x + b) at x ~ N(m, S), and their pullback.
 
@@ -99,8 +96,8 @@ def affine_moments(
     moments, pull_squash = squashed_moments(raw, control_limit)
 
     def pullback(
-        mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+    ) -> tuple[Array, Array, Array, Array]:
         v_bar, V_bar, J_bar = pull_squash(mean_bar, covariance_bar, jacobian_bar)
         weights_bar = np.outer(v_bar, m) + 2.0 * V_bar @ spread + J_bar
         return weights.T @ v_bar, weights.T @ V_bar @ weights, weights_bar, v_bar

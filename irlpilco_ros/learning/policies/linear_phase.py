@@ -12,10 +12,9 @@ from typing import ClassVar
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.policies.base import (
     Arrays,
-    PolicyPullback,
     checked_array,
     checked_limit,
     checked_vector,
@@ -36,10 +35,10 @@ class LinearPhasePolicy:
     """
 
     kind: ClassVar[str] = "linear_phase"
-    weights: np.ndarray
-    phase_weights: np.ndarray
+    weights: Array
+    phase_weights: Array
     horizon: int
-    control_limit: np.ndarray
+    control_limit: Array
 
     def __post_init__(self) -> None:
         weights = checked_array(self.kind, "weights", self.weights, (None, None))
@@ -61,11 +60,11 @@ class LinearPhasePolicy:
         return int(self.weights.shape[1])
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameters(self) -> Array:
         """W row by row, then B row by row: shape (F D + F K,)."""
         return np.concatenate([self.weights.ravel(), self.phase_weights.ravel()])
 
-    def with_parameters(self, parameters: np.ndarray) -> LinearPhasePolicy:
+    def with_parameters(self, parameters: Array) -> LinearPhasePolicy:
         """Return the policy with other parameters, laid out as in `parameters`."""
         vector = checked_vector(self, parameters)
         size = self.weights.size
@@ -76,13 +75,13 @@ class LinearPhasePolicy:
             self.control_limit,
         )
 
-    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+    def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial."""
         return squash(self.weights @ state + self._feed_forward(step), self.control_limit)
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
-    ) -> tuple[Moments, PolicyPullback | None]:
+    ) -> tuple[Moments, ParameterPullback | None]:
         """Return the exact moments of the control at a Gaussian state and a step of the trial."""
         phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
         moments, pull = affine_moments(
@@ -90,8 +89,8 @@ class LinearPhasePolicy:
         )
 
         def pullback(
-            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+        ) -> tuple[Array, Array, Array]:
             m_bar, S_bar, W_bar, v_bar = pull(mean_bar, covariance_bar, jacobian_bar)
             return m_bar, S_bar, np.concatenate([W_bar.ravel(), np.outer(v_bar, phase).ravel()])
 
@@ -106,13 +105,13 @@ class LinearPhasePolicy:
             "control_limit": self.control_limit,
         }
 
-    def _feed_forward(self, step: int) -> np.ndarray:
+    def _feed_forward(self, step: int) -> Array:
         count = self.phase_weights.shape[1]
-        feed_forward: np.ndarray = self.phase_weights @ phase_features(step, count, self.horizon)
+        feed_forward: Array = self.phase_weights @ phase_features(step, count, self.horizon)
         return feed_forward
 
 
-def phase_features(step: int, count: int, horizon: int) -> np.ndarray:
+def phase_features(step: int, count: int, horizon: int) -> Array:
     """Return psi(t), shape (count,): Gaussian bumps as wide as their spacing, summing to one.
 
     Args:

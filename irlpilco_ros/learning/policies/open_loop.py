@@ -8,10 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.policies.base import (
     Arrays,
-    PolicyPullback,
     checked_array,
     checked_limit,
     checked_vector,
@@ -29,8 +28,8 @@ class OpenLoopPolicy:
     """
 
     kind: ClassVar[str] = "open_loop"
-    controls: np.ndarray
-    control_limit: np.ndarray
+    controls: Array
+    control_limit: Array
     state_size: int
 
     def __post_init__(self) -> None:
@@ -48,18 +47,18 @@ class OpenLoopPolicy:
             )
 
     @property
-    def parameters(self) -> np.ndarray:
+    def parameters(self) -> Array:
         """The table row by row, shape (H F,)."""
         return self.controls.ravel()
 
-    def with_parameters(self, parameters: np.ndarray) -> OpenLoopPolicy:
+    def with_parameters(self, parameters: Array) -> OpenLoopPolicy:
         """Return the policy with another table."""
         vector = checked_vector(self, parameters)
         return OpenLoopPolicy(
             vector.reshape(self.controls.shape), self.control_limit, self.state_size
         )
 
-    def act(self, state: np.ndarray, step: int) -> np.ndarray:
+    def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) of a step, whatever the state."""
         if step >= len(self.controls):
             return np.zeros_like(self.control_limit)
@@ -67,7 +66,7 @@ class OpenLoopPolicy:
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
-    ) -> tuple[Moments, PolicyPullback | None]:
+    ) -> tuple[Moments, ParameterPullback | None]:
         """Return the control of a step, which has no spread."""
         size, state_size = len(self.control_limit), len(state.mean)
         moments = Moments(
@@ -75,8 +74,8 @@ class OpenLoopPolicy:
         )
 
         def pullback(
-            mean_bar: np.ndarray, covariance_bar: np.ndarray, jacobian_bar: np.ndarray
-        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+        ) -> tuple[Array, Array, Array]:
             parameters_bar = np.zeros_like(self.controls)
             if step < len(self.controls):
                 parameters_bar[step] = mean_bar

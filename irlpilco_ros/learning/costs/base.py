@@ -1,0 +1,93 @@
+"""What a cost of a predicted trajectory gives to policy search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from irlpilco_ros.learning.cubature import MeanPullback
+from irlpilco_ros.learning.features import Features
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
+
+
+@dataclass(frozen=True)
+class CostValue:
+    """A cost and its derivatives by the predicted states.
+
+    Attributes:
+        value: The cost.
+        means_bar: Derivative by the means, shape (H + 1, D).
+        covariances_bar: Derivative by the covariances, symmetric, shape (H + 1, D, D).
+        curvature_root: From d m[t] / d theta (H + 1, D, p) to a root R (r, p) of the Gauss-Newton
+            curvature: the Hessian by theta is about R'R.
+    """
+
+    value: float
+    means_bar: Array
+    covariances_bar: Array
+    curvature_root: Callable[[Array], Array]
+
+
+class Cost(Protocol):
+    """A cost of a predicted trajectory."""
+
+    def evaluate(self, means: Array, covariances: Array) -> CostValue:
+        """Return the cost of means (H + 1, D) and covariances (H + 1, D, D)."""
+
+
+@dataclass(frozen=True)
+class PredictedFeatures:
+    """The features' moments along a predicted trajectory.
+
+    Attributes:
+        moments: One for each t = 0..H.
+        pullbacks: Theirs.
+    """
+
+    moments: tuple[Moments, ...]
+    pullbacks: tuple[MeanPullback, ...]
+
+    @property
+    def means(self) -> Array:
+        """E phi[t], shape (H + 1, k)."""
+        return np.stack([moments.mean for moments in self.moments])
+
+    @property
+    def covariances(self) -> Array:
+        """Cov phi[t], shape (H + 1, k, k)."""
+        return np.stack([moments.covariance for moments in self.moments])
+
+    def pull(self, means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
+        """Return the adjoints of the states' means (H + 1, D) and covariances (H + 1, D, D)."""
+        bars = [
+            pullback(mean_bar, covariance_bar)
+            for pullback, mean_bar, covariance_bar in zip(
+                self.pullbacks, means_bar, covariances_bar, strict=True
+            )
+        ]
+        return np.stack([bar[0] for bar in bars]), np.stack([bar[1] for bar in bars])
+
+    def sensitivities(self, mean_sensitivities: Array) -> Array:
+        """Return d E phi[t] / d theta along the expected Jacobians, shape (H + 1, k, p)."""
+        jacobians = np.stack([moments.jacobian for moments in self.moments])
+        sensitivities: Array = jacobians @ mean_sensitivities
+        return sensitivities
+
+
+def predicted_features(features: Features, means: Array, covariances: Array) -> PredictedFeatures:
+    """Return the features' moments at every state of a predicted trajectory."""
+    pairs = [
+        features.moments(Gaussian(mean, covariance))
+        for mean, covariance in zip(means, covariances, strict=True)
+    ]
+    return PredictedFeatures(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs))
+
+
+def discounts(discount: float, horizon: int) -> Array:
+    """Return gamma^t for t = 0..H, with 0 for t = 0: the start is not the policy's doing."""
+    factors: Array = discount ** np.arange(horizon + 1.0)
+    factors[0] = 0.0
+    return factors

@@ -1,0 +1,50 @@
+"""Feature matching (thesis (3.4)-(3.5), (5.5)): every step's features, one by one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irlpilco_ros.learning.costs.base import CostValue, discounts, predicted_features
+from irlpilco_ros.learning.features import Features
+from irlpilco_ros.learning.gaussian import Array
+
+SCALE = 1000.0
+"""alpha of thesis (5.5): keeps the cost of small deviations away from rounding."""
+
+
+@dataclass(frozen=True)
+class FeatureMatching:
+    """J = alpha sum_t gamma^t w'(delta[t]^2 + lambda var phi[t]), delta[t] = E phi[t] - phi_E[t].
+
+    Attributes:
+        features: What is compared.
+        reference: phi_E[t] of the demonstration, t = 0..H, shape (H + 1, k).
+        weights: w >= 0, shape (k,).
+        variance_weight: lambda: 0 is the thesis, 1 the expected squared deviation.
+        discount: gamma.
+    """
+
+    features: Features
+    reference: Array
+    weights: Array
+    variance_weight: float = 1.0
+    discount: float = 1.0
+
+    def evaluate(self, means: Array, covariances: Array) -> CostValue:
+        """Return the cost of means (H + 1, D) and covariances (H + 1, D, D)."""
+        predicted = predicted_features(self.features, means, covariances)
+        deviations = predicted.means - self.reference
+        variances = np.diagonal(predicted.covariances, axis1=1, axis2=2)
+        factors = SCALE * discounts(self.discount, len(means) - 1)[:, None] * self.weights
+        value = float(np.sum(factors * (deviations**2 + self.variance_weight * variances)))
+        spread_bar = self.variance_weight * factors[:, :, None] * np.eye(len(self.weights))
+        means_bar, covariances_bar = predicted.pull(2.0 * factors * deviations, spread_bar)
+
+        def curvature_root(mean_sensitivities: Array) -> Array:
+            rows = predicted.sensitivities(mean_sensitivities)
+            rows = np.sqrt(2.0 * factors)[:, :, None] * rows
+            return rows.reshape(-1, rows.shape[-1])
+
+        return CostValue(value, means_bar, covariances_bar, curvature_root)

@@ -1,0 +1,84 @@
+"""Costs of a state on its own: saturating (classical PILCO) and quadratic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from irlpilco_ros.learning.costs.base import CostValue, discounts, predicted_features
+from irlpilco_ros.learning.features import Features
+from irlpilco_ros.learning.gaussian import Array, Gaussian
+
+Loss = Callable[[Gaussian, Array, Array], tuple[float, Array, Array]]
+
+
+def saturating_loss(state: Gaussian, target: Array, precision: Array) -> tuple[float, Array, Array]:
+    """Return E[1 - exp(-(x - x*)'W(x - x*)/2)] (thesis (2.43)) and its derivatives.
+
+    Args:
+        state: Mean (n,) and covariance (n, n).
+        target: x*, shape (n,).
+        precision: W, symmetric and positive semidefinite, shape (n, n).
+
+    Returns:
+        The loss in [0, 1], its derivative by the mean (n,) and by the covariance (n, n).
+    """
+    scale = np.eye(len(target)) + state.covariance @ precision
+    tight = np.linalg.solve(scale.T, precision)  # W (I + S W)^-1, symmetric
+    tight = 0.5 * (tight + tight.T)
+    pulled = tight @ (state.mean - target)
+    reward = np.exp(-0.5 * (state.mean - target) @ pulled) / np.sqrt(np.linalg.det(scale))
+    return (
+        float(1.0 - reward),
+        reward * pulled,
+        0.5 * reward * (tight - np.outer(pulled, pulled)),
+    )
+
+
+def quadratic_loss(state: Gaussian, target: Array, precision: Array) -> tuple[float, Array, Array]:
+    """Return E[(x - x*)'W(x - x*)] and its derivatives, as `saturating_loss` does."""
+    deviation = state.mean - target
+    value = deviation @ precision @ deviation + np.sum(precision * state.covariance)
+    return float(value), 2.0 * precision @ deviation, precision.copy()
+
+
+@dataclass(frozen=True)
+class StateCost:
+    """J = sum_t gamma^t loss(phi[t]), t = 1..H.
+
+    Attributes:
+        features: What the loss sees of the state.
+        target: Wanted features, shape (k,).
+        precision: W, symmetric, shape (k, k).
+        loss: `saturating_loss` or `quadratic_loss`.
+        discount: gamma.
+    """
+
+    features: Features
+    target: Array
+    precision: Array
+    loss: Loss = saturating_loss
+    discount: float = 1.0
+
+    def evaluate(self, means: Array, covariances: Array) -> CostValue:
+        """Return the cost of means (H + 1, D) and covariances (H + 1, D, D)."""
+        predicted = predicted_features(self.features, means, covariances)
+        factors = discounts(self.discount, len(means) - 1)
+        losses = [
+            self.loss(Gaussian(moments.mean, moments.covariance), self.target, self.precision)
+            for moments in predicted.moments
+        ]
+        value = float(factors @ [loss[0] for loss in losses])
+        features_bar = factors[:, None] * np.stack([loss[1] for loss in losses])
+        spread_bar = factors[:, None, None] * np.stack([loss[2] for loss in losses])
+        means_bar, covariances_bar = predicted.pull(features_bar, spread_bar)
+
+        def curvature_root(mean_sensitivities: Array) -> Array:
+            root = np.linalg.cholesky(self.precision + 1e-12 * np.eye(len(self.target))).T
+            rows = root @ predicted.sensitivities(mean_sensitivities)
+            rows = np.sqrt(factors)[:, None, None] * rows
+            return rows.reshape(-1, rows.shape[-1])
+
+        return CostValue(value, means_bar, covariances_bar, curvature_root)

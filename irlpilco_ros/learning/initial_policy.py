@@ -1,0 +1,78 @@
+"""The policy of the first trial, and the policies that a search may start from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Policy
+from irlpilco_ros.learning.policies.linear_phase import phase_features
+from irlpilco_ros.learning.squashing import unsquash
+from irlpilco_ros.learning.task import Task
+
+_RIDGE = 1e-2  # of the states' own mean square: holds fits with fewer steps than states together
+
+
+def initial_policy(task: Task, settings: LearningSettings) -> Policy:
+    """Return the policy of the first trial (thesis Algorithm 3, line 2).
+
+    "demonstration" fits the policy to the demonstration's own speeds: kind to the robot, and the
+    data come to lie where they are needed. "random" draws every parameter from N(0, 1).
+    """
+    if settings.initial_policy == "demonstration":
+        return _fitted_policy(task, settings)
+    zero = zero_policy(task, settings)
+    if settings.initial_policy == "zero":
+        return zero
+    return random_policy(zero, settings.seed)
+
+
+def zero_policy(task: Task, settings: LearningSettings) -> Policy:
+    """Return the policy that does nothing, of the kind that is to be learned."""
+    limit = policy_limit(task, settings)
+    F = task.control_size
+    weights = np.zeros((F, task.policy_size))
+    if settings.policy == "linear":
+        return LinearPolicy(weights, np.zeros(F), limit)
+    phases = np.zeros((F, settings.phase_count))
+    return LinearPhasePolicy(weights, phases, task.horizon, limit)
+
+
+def random_policy(policy: Policy, seed: int) -> Policy:
+    """Return a policy of the same kind with parameters from N(0, 1) (the thesis)."""
+    rng = np.random.default_rng(seed)
+    return policy.with_parameters(rng.standard_normal(policy.parameters.shape))
+
+
+def policy_limit(task: Task, settings: LearningSettings) -> Array:
+    """Return the largest control of the policy, shape (F,) [rad/s].
+
+    A little more than the demonstration needed, never beyond the robot's own limit.
+    """
+    fastest = np.abs(task.demonstrated_controls()).max(axis=0)
+    wanted = settings.velocity_limit_factor * fastest
+    limit: Array = np.minimum(np.maximum(wanted, settings.velocity_limit_floor), task.control_limit)
+    return limit
+
+
+def _fitted_policy(task: Task, settings: LearningSettings) -> Policy:
+    zero = zero_policy(task, settings)
+    wanted = unsquash(task.demonstrated_controls(), zero.control_limit)
+    states = task.state_layout.policy_view(task.reference_states()[:-1])
+    if isinstance(zero, LinearPhasePolicy):
+        steps = range(task.horizon)
+        phases = np.stack([phase_features(t, settings.phase_count, task.horizon) for t in steps])
+        bumps = _ridge(phases, wanted, 1e-6).T
+        return LinearPhasePolicy(zero.weights, bumps, task.horizon, zero.control_limit)
+    centre = states.mean(axis=0)
+    weights = _ridge(states - centre, wanted - wanted.mean(axis=0), _RIDGE).T
+    return LinearPolicy(weights, wanted.mean(axis=0) - weights @ centre, zero.control_limit)
+
+
+def _ridge(inputs: Array, targets: Array, ridge: float) -> Array:
+    """Return the coefficients (k, F) of a ridge regression, the ridge relative to the inputs."""
+    gram = inputs.T @ inputs
+    gram += ridge * max(float(np.trace(gram)), 1e-12) / len(gram) * np.eye(len(gram))
+    coefficients: Array = np.linalg.solve(gram, inputs.T @ targets)
+    return coefficients

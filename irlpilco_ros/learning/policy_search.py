@@ -1,0 +1,158 @@
+"""Policy search: from the best of several starts, by Gauss-Newton or L-BFGS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, optimize
+
+from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.objective import Evaluation, Objective
+from irlpilco_ros.learning.policies import Policy
+
+SearchProgress = Callable[[float, int], None]
+"""Called with the best cost and the number of evaluations so far; may raise to cancel."""
+
+_FIRST_DAMPING = 1e-3
+_SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-9, 1e9
+_PATIENCE = 3
+_SMALLEST_GAIN = 1e-4
+_HOPELESS = 1e30
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What a search found.
+
+    Attributes:
+        policy: The best policy.
+        cost: Its predicted cost.
+        evaluations: How often the objective was evaluated.
+    """
+
+    policy: Policy
+    cost: float
+    evaluations: int
+
+
+class _Tracker:
+    """Evaluates the objective, counts, remembers the best, and tells about it."""
+
+    def __init__(self, objective: Objective, limit: int, progress: SearchProgress | None) -> None:
+        self.objective = objective
+        self.limit = limit
+        self.progress = progress
+        self.evaluations = 0
+        self.best: Evaluation | None = None
+
+    @property
+    def exhausted(self) -> bool:
+        return self.evaluations >= self.limit
+
+    def evaluate(self, policy: Policy) -> Evaluation | None:
+        """Return an evaluation, or None where the model has no finite answer."""
+        self.evaluations += 1
+        try:
+            evaluation: Evaluation | None = self.objective.evaluate(policy)
+        except NumericalError:
+            evaluation = None
+        if evaluation is not None and (self.best is None or evaluation.value < self.best.value):
+            self.best = evaluation
+        if self.progress is not None:
+            self.progress(self.best.value if self.best else np.nan, self.evaluations)
+        return evaluation
+
+
+def search_policy(
+    objective: Objective,
+    starts: Sequence[Policy],
+    optimiser: str,
+    evaluations: int,
+    progress: SearchProgress | None = None,
+) -> SearchResult:
+    """Minimise the objective over the policy's parameters, from the best of several starts.
+
+    Args:
+        objective: J(theta).
+        starts: Policies to start from; the one that costs least is improved.
+        optimiser: "gauss_newton" or "lbfgs".
+        evaluations: Largest number of evaluations, on top of one for each start.
+        progress: Told the best cost and the number of evaluations after each of them.
+
+    Raises:
+        NumericalError: if no start has a finite cost.
+    """
+    tracker = _Tracker(objective, len(starts) + evaluations, progress)
+    for start in starts:
+        tracker.evaluate(start)
+    if tracker.best is None:
+        raise NumericalError(
+            f"none of {len(starts)} starting policies has a finite predicted cost; start from the "
+            'policy with zero parameters as well (starts: "zero")'
+        )
+    if optimiser == "gauss_newton":
+        _gauss_newton(tracker, tracker.best)
+    else:
+        _lbfgs(tracker, tracker.best)
+    return SearchResult(tracker.best.policy, tracker.best.value, tracker.evaluations)
+
+
+def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
+    """Levenberg-Marquardt with the exact gradient and the curvature R'R of the means."""
+    damping, patience = _FIRST_DAMPING, _PATIENCE
+    while not tracker.exhausted and patience > 0:
+        theta, gradient = current.policy.parameters, current.gradient()
+        root = current.curvature_root()
+        while not tracker.exhausted:
+            step = _damped_step(root, gradient, damping)
+            candidate = tracker.evaluate(current.policy.with_parameters(theta - step))
+            if candidate is not None and candidate.value < current.value:
+                break
+            damping *= 8.0
+            if damping > _LARGEST_DAMPING:
+                return
+        else:
+            return
+        gain = (current.value - candidate.value) / max(current.value, 1e-300)
+        patience = patience - 1 if gain < _SMALLEST_GAIN else _PATIENCE
+        current = candidate
+        damping = max(damping / 5.0, _SMALLEST_DAMPING)
+
+
+def _damped_step(root: Array, gradient: Array, damping: float) -> Array:
+    """Solve (R'R + damping * scale) step = gradient; the scale is the mean curvature."""
+    curvature = root.T @ root
+    scale = np.trace(curvature) / len(gradient)
+    curvature[np.diag_indices_from(curvature)] += damping * scale + 1e-12
+    factor = linalg.cho_factor(curvature, overwrite_a=True, check_finite=False)
+    step: Array = linalg.cho_solve(factor, gradient, check_finite=False)
+    return step
+
+
+def _lbfgs(tracker: _Tracker, start: Evaluation) -> None:
+    """L-BFGS (the thesis's way), which needs the gradient alone."""
+
+    class _ExhaustedError(Exception):
+        pass
+
+    def objective(theta: Array) -> tuple[float, Array]:
+        if tracker.exhausted:
+            raise _ExhaustedError
+        evaluation = tracker.evaluate(start.policy.with_parameters(theta))
+        if evaluation is None:
+            return _HOPELESS, np.zeros_like(theta)
+        return evaluation.value, evaluation.gradient()
+
+    try:
+        optimize.minimize(
+            objective,
+            start.policy.parameters,
+            jac=True,
+            method="L-BFGS-B",
+            options={"maxfun": 10 * tracker.limit, "maxiter": 10 * tracker.limit, "maxcor": 30},
+        )
+    except _ExhaustedError:
+        return
