@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sim_bridge import debris
 from sim_bridge.baxter_model import build_model
-from sim_bridge.errors import InvalidCommandError
+from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.joint_servos import JointServos
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
 from sim_bridge.simulation_settings import SimulationSettings
@@ -21,6 +21,11 @@ Vector = NDArray[np.float64]
 PERIOD = 10_000_000  # [ns] between two joint states
 COMMAND_TIMEOUT = 0.2  # [s], Baxter's own
 INITIAL_POSE = "untucked"
+_BREAKDOWNS = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class BaxterSimulation:
         self._published_dof = np.array([joint.dofadr[0] for joint in published])
         self._arm_in_published = np.array([PUBLISHED_JOINTS.index(name) for name in ARM_JOINTS])
         self._index = {name: i for i, name in enumerate(ARM_JOINTS)}
-        self._steps_per_period = round(PERIOD * 1e-9 / self.model.opt.timestep)
+        self._steps_per_period: int = round(PERIOD * 1e-9 / self.model.opt.timestep)
         factor = np.array(self.settings.speed_factor)
         self._servos = JointServos(
             velocity_limit=self.velocity_limit,
@@ -104,12 +109,12 @@ class BaxterSimulation:
     @property
     def true_positions(self) -> Vector:
         """Positions of the arm joints without noise, shape (14,) [rad]."""
-        return self.data.qpos[self._qpos].copy()
+        return np.array(self.data.qpos[self._qpos])
 
     @property
     def true_velocities(self) -> Vector:
         """Velocities of the arm joints without noise, shape (14,) [rad/s]."""
-        return self.data.qvel[self._dof].copy()
+        return np.array(self.data.qvel[self._dof])
 
     def reset(self, seed: int | None = None, positions: ArrayLike | None = None) -> None:
         """Put robot and debris back to where they began; time is 0 again.
@@ -124,7 +129,7 @@ class BaxterSimulation:
         mujoco.mj_forward(self.model, self.data)
         self._servos.reset()
         self._rng = np.random.default_rng(self.settings.seed if seed is None else seed)
-        self._step = 0
+        self._step: int = 0
         self._measure()
 
     def command(self, names: Sequence[str], velocities: ArrayLike) -> None:
@@ -149,9 +154,19 @@ class BaxterSimulation:
         self._servos.guide(self._step, self._indices(names), where, speed)
 
     def step(self) -> None:
-        """Advance by 10 ms, the period of the joint states."""
+        """Advance by 10 ms, the period of the joint states.
+
+        Raises:
+            DivergedError: the physics broke down; `reset` helps.
+        """
         for _ in range(self._steps_per_period):
             self._substep()
+        # MuJoCo starts anew in silence where it finds a number that is not finite.
+        if any(self.data.warning[kind].number for kind in _BREAKDOWNS):
+            raise DivergedError(
+                f"the physics broke down at {self.time:.2f} s of simulated time: a position, "
+                "velocity or acceleration was not finite; reset the simulation"
+            )
         self._measure()
 
     def read(self) -> JointReading:

@@ -48,9 +48,7 @@ def add_debris(spec: mujoco.MjSpec, count: int, seed: int) -> None:
             key.qpos = np.concatenate([key.qpos, position, [1.0, 0.0, 0.0, 0.0]])
 
 
-def _free_place(
-    rng: np.random.Generator, places: list[NDArray[np.float64]]
-) -> NDArray[np.float64]:
+def _free_place(rng: np.random.Generator, places: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     """Draw places until one is clear of all others; a crowded table takes the last draw."""
     clear = 2.0 * _RADIUS[1] + _GAP
     place = rng.uniform(_LOWER, _UPPER)

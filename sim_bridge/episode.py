@@ -20,7 +20,7 @@ from sim_bridge.guided_motion import Approach, GuidedMotion, load_motion
 Vector = NDArray[np.float64]
 
 APPROACH_SPEED = 0.4  # [rad/s] of the fastest joint
-APPROACH_TOLERANCE = 0.004  # [rad]
+APPROACH_TOLERANCE = 0.002  # [rad]
 _APPROACH_GAIN = 3.0  # [1/s]
 _APPROACH_TIME = 60.0  # [s] after which an approach has failed
 _SLOW = 0.03  # [rad/s]: above the noise of measured velocities
@@ -158,6 +158,4 @@ def guide_through(
             each_state()
         if simulation.nanoseconds - begin >= round(len(states) * dt * 1e9):
             states.append(simulation.read().state(names))
-    return Rollout(
-        states=np.array(states), controls=np.full((len(states) - 1, len(names)), np.nan)
-    )
+    return Rollout(states=np.array(states), controls=np.full((len(states) - 1, len(names)), np.nan))

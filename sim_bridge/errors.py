@@ -16,3 +16,7 @@ class RenderingError(IrlPilcoError, RuntimeError):
 
 class ApproachError(IrlPilcoError, RuntimeError):
     """The arms did not reach a position in time; the message names the joint that is furthest."""
+
+
+class DivergedError(IrlPilcoError, ArithmeticError):
+    """The physics has no finite answer any more; only a reset helps."""
