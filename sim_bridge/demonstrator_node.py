@@ -18,9 +18,9 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from irlpilco_ros.control.joint_state_tracker import JointReading, JointStateTracker
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.nodes.health import OK, WARN, Health
+from irlpilco_ros.nodes.joint_state_tracker import JointReading, JointStateTracker
 from irlpilco_ros.nodes.messages import sample, time_message
 from irlpilco_ros.nodes.parameters import declare_settings
 from irlpilco_ros.nodes.qos import JOINT_COMMAND, JOINT_STATES_SUB
