@@ -17,7 +17,7 @@ SearchProgress = Callable[[float, int], None]
 """Called with the best cost and the number of evaluations so far; may raise to cancel."""
 
 _FIRST_DAMPING = 1e-3
-_SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-9, 1e9
+_SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-7, 1e9
 _PATIENCE = 3
 _SMALLEST_GAIN = 1e-4
 _HOPELESS = 1e30
@@ -123,12 +123,17 @@ def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
 
 
 def _damped_step(root: Array, gradient: Array, damping: float) -> Array:
-    """Solve (R'R + damping * scale) step = gradient; the scale is the mean curvature."""
-    curvature = root.T @ root
-    scale = np.trace(curvature) / len(gradient)
-    curvature[np.diag_indices_from(curvature)] += damping * scale + 1e-12
-    factor = linalg.cho_factor(curvature, overwrite_a=True, check_finite=False)
-    step: Array = linalg.cho_solve(factor, gradient, check_finite=False)
+    """Solve (R'R + d I) step = gradient, d being the damping times the mean curvature.
+
+    By the matrix inversion lemma, since R has fewer rows (r) than columns (p):
+    step = (gradient - R'(RR' + d I)^-1 R gradient) / d.
+    """
+    gram = root @ root.T
+    damping = damping * float(np.trace(gram)) / len(gradient) + 1e-12
+    gram[np.diag_indices_from(gram)] += damping
+    factor = linalg.cho_factor(gram, overwrite_a=True, check_finite=False)
+    inner = linalg.cho_solve(factor, root @ gradient, check_finite=False)
+    step: Array = (gradient - root.T @ inner) / damping
     return step
 
 

@@ -36,6 +36,14 @@ def unsquash(controls: Array, limit: Array, saturation: float = 0.95) -> Array:
     return np.interp(ratio, squash(grid, np.ones(1)), grid)
 
 
+def squashing_slope(mean: Array, variance: Array, limit: Array) -> Array:
+    """Return the expected slope of squash(v) at v ~ N(mean, variance), all of shape (F,)."""
+    first = 9.0 * np.exp(-0.5 * variance) * np.cos(mean)
+    third = 3.0 * np.exp(-4.5 * variance) * np.cos(3.0 * mean)
+    slope: Array = limit * (first + third) / 8.0
+    return slope
+
+
 def squashed_moments(raw: Moments, limit: Array) -> tuple[Moments, SquashPullback]:
     """Return the moments of squash(v) for v ~ N(raw.mean, raw.covariance), exactly.
 

@@ -43,6 +43,13 @@ class Policy(Protocol):
     ) -> tuple[Moments, ParameterPullback | None]:
         """Return the control's moments at a Gaussian state, and their pullback if asked for."""
 
+    def mean_sensitivity(self, state: Gaussian, step: int) -> Array:
+        """Return d (mean control) / d parameters at a Gaussian state, shape (F, p).
+
+        Used for Gauss-Newton curvature only: the influence of the parameters on the mean by way
+        of the control's spread may be left out.
+        """
+
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
 

@@ -15,7 +15,7 @@ from irlpilco_ros.learning.policies.base import (
     checked_limit,
     checked_vector,
 )
-from irlpilco_ros.learning.squashing import squash, squashed_moments
+from irlpilco_ros.learning.squashing import squash, squashed_moments, squashing_slope
 
 AffinePullback = Callable[[Array, Array, Array], tuple[Array, Array, Array, Array]]
 
@@ -78,6 +78,11 @@ class LinearPolicy:
 
         return moments, pullback if gradient else None
 
+    def mean_sensitivity(self, state: Gaussian, step: int) -> Array:
+        """Return d (mean control) / d parameters, shape (F, p), with the spread held fixed."""
+        slope = affine_slope(self.weights, self.bias, self.control_limit, state)
+        return np.hstack([each_row(slope, state.mean), np.diag(slope)])
+
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""
         return {"weights": self.weights, "bias": self.bias, "control_limit": self.control_limit}
@@ -103,3 +108,17 @@ def affine_moments(
         return weights.T @ v_bar, weights.T @ V_bar @ weights, weights_bar, v_bar
 
     return moments, pullback
+
+
+def affine_slope(weights: Array, bias: Array, control_limit: Array, state: Gaussian) -> Array:
+    """Return the expected slope of the squashing of W x + b, shape (F,)."""
+    variance = np.sum((weights @ state.covariance) * weights, axis=1)
+    return squashing_slope(weights @ state.mean + bias, variance, control_limit)
+
+
+def each_row(slope: Array, inputs: Array) -> Array:
+    """Return d (slope * (W inputs)) / d W, W row by row: shape (F, F k) for inputs (k,)."""
+    size = len(slope)
+    rows = np.zeros((size, size, len(inputs)))
+    rows[np.arange(size), np.arange(size)] = np.outer(slope, inputs)
+    return rows.reshape(size, -1)

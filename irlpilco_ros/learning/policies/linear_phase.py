@@ -19,7 +19,7 @@ from irlpilco_ros.learning.policies.base import (
     checked_limit,
     checked_vector,
 )
-from irlpilco_ros.learning.policies.linear import affine_moments
+from irlpilco_ros.learning.policies.linear import affine_moments, affine_slope, each_row
 from irlpilco_ros.learning.squashing import squash
 
 
@@ -95,6 +95,13 @@ class LinearPhasePolicy:
             return m_bar, S_bar, np.concatenate([W_bar.ravel(), np.outer(v_bar, phase).ravel()])
 
         return moments, pullback if gradient else None
+
+    def mean_sensitivity(self, state: Gaussian, step: int) -> Array:
+        """Return d (mean control) / d parameters, shape (F, p), with the spread held fixed."""
+        bias = self._feed_forward(step)
+        slope = affine_slope(self.weights, bias, self.control_limit, state)
+        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        return np.hstack([each_row(slope, state.mean), each_row(slope, phase)])
 
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""

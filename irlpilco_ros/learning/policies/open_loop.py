@@ -84,6 +84,11 @@ class OpenLoopPolicy:
 
         return moments, pullback if gradient else None
 
+    def mean_sensitivity(self, state: Gaussian, step: int) -> Array:
+        """Return d control / d table, shape (F, H F): ones where the step's row is."""
+        size = self.controls.shape[1]
+        return np.eye(size, self.controls.size, step * size)
+
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""
         return {
