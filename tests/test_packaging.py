@@ -82,8 +82,7 @@ def test_every_node_has_an_executable_where_ros2_run_looks(prefix):
 def test_parameter_files_and_launch_files_are_installed(prefix, repository):
     share = prefix / "share/irlpilco_ros"
     for folder in ("config", "launch"):
-        originals = {path.name: path.read_bytes() for path in (repository / folder).iterdir()}
-        originals.pop("__pycache__", None)
+        originals = {path.name: path.read_bytes() for path in (repository / folder).glob("*.*")}
         installed = {path.name: path.read_bytes() for path in (share / folder).iterdir()}
         assert installed == originals
         assert installed
