@@ -90,9 +90,10 @@ class Trajectory:
     def rollout(self, joints: Sequence[str], horizon: int | None = None) -> Rollout:
         """Return the trial, or the demonstration if there are no commands, as learning sees it.
 
-        A trial is the one unbroken row of samples with commands. Its last command is the zero
-        that the controller sends on x[H]; it is not a control. A demonstration starts with the
-        first sample, and what comes after `horizon` steps is left out.
+        A trial is all samples with commands; samples without one that lie between them are left
+        out. Its last command is the zero that the controller sends on x[H]; it is not a control.
+        A demonstration starts with the first sample, and what comes after `horizon` steps is left
+        out.
 
         Args:
             joints: Joints of the learning problem, in its order (J).
@@ -107,39 +108,32 @@ class Trajectory:
             IncompleteTrialError: samples are missing, or the trial broke off; says where.
         """
         columns = self.columns(joints)
-        samples = self._trial(horizon) if self.commanded.any() else self._demonstration(horizon)
-        states = np.hstack(
-            [self.positions[samples][:, columns], self.velocities[samples][:, columns]]
-        )
-        self._check_whole(self.stamps[samples], states)
+        samples = np.flatnonzero(self.commanded)
+        is_trial = len(samples) > 0
+        if not is_trial:
+            samples = self._demonstration(horizon)
+        positions, velocities = self.positions[samples], self.velocities[samples]
+        states = np.hstack([positions[:, columns], velocities[:, columns]])
+        _check_whole(self.stamps[samples], states)
+        if is_trial:
+            self._check_trial(samples, horizon)
         return Rollout(states, self.commands[samples][:-1, columns])
 
-    def _trial(self, horizon: int | None) -> slice:
-        """Return the samples of the one trial, x[H] included."""
-        indices = np.flatnonzero(self.commanded)
-        rows = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
-        if len(rows) > 1:
-            counts = ", ".join(str(len(row)) for row in rows)
-            raise IncompleteTrialError(
-                f"the bag holds {len(rows)} separate rows of commands ({counts} samples), not one "
-                "trial; record every trial into a bag of its own"
-            )
-        first, last = int(indices[0]), int(indices[-1])
-        steps = last - first
+    def _check_trial(self, samples: np.ndarray, horizon: int | None) -> None:
+        """Check that a trial has its end and its length."""
+        steps, end = len(samples) - 1, self.stamps[samples[-1]]
         expected = "" if horizon is None else f" of {horizon}"
-        if np.any(self.commands[last] != 0.0):
+        if np.any(self.commands[samples[-1]] != 0.0):
             raise IncompleteTrialError(
-                f"the trial broke off after {steps + 1}{expected} commands: the zero command that "
-                f"ends a trial is missing after stamp {self.stamps[last]:.3f} s"
+                f"the trial broke off after {steps + 1}{expected} commands, at stamp {end:.3f} s: "
+                "the zero command that ends a trial is not there"
             )
         if steps < 1 or (horizon is not None and steps != horizon):
             raise IncompleteTrialError(
-                f"the trial has {steps}{expected or ' complete'} control periods; it ended at "
-                f"stamp {self.stamps[last]:.3f} s"
+                f"the trial has {steps}{expected} control periods; it ended at stamp {end:.3f} s"
             )
-        return slice(first, last + 1)
 
-    def _demonstration(self, horizon: int | None) -> slice:
+    def _demonstration(self, horizon: int | None) -> np.ndarray:
         """Return the samples of the demonstration."""
         needed = 2 if horizon is None else horizon + 1
         if len(self) < needed:
@@ -147,25 +141,7 @@ class Trajectory:
                 f"the demonstration has {len(self)} samples; expected at least {needed}: one per "
                 "control period and the last state"
             )
-        return slice(0, len(self) if horizon is None else needed)
-
-    @staticmethod
-    def _check_whole(stamps: np.ndarray, states: np.ndarray) -> None:
-        """Check that no sample is missing between the first and the last."""
-        blank = np.flatnonzero(np.isnan(states).any(axis=1))
-        if len(blank):
-            raise IncompleteTrialError(
-                f"sample {blank[0]} at stamp {stamps[blank[0]]:.3f} s has no joint state with "
-                "position and velocity of every joint"
-            )
-        if missing_in(stamps):
-            intervals = np.diff(stamps)
-            gap = int(np.argmax(intervals))
-            raise IncompleteTrialError(
-                f"{missing_in(stamps)} samples are missing: {intervals[gap]:.3f} s pass after "
-                f"sample {gap} at stamp {stamps[gap]:.3f} s, where {np.median(intervals):.3f} s "
-                "are usual"
-            )
+        return np.arange(len(self) if horizon is None else needed)
 
 
 def missing_in(stamps: np.ndarray) -> int:
@@ -175,3 +151,20 @@ def missing_in(stamps: np.ndarray) -> int:
     intervals = np.diff(stamps)
     multiples = intervals / np.median(intervals)
     return int((np.rint(multiples[multiples > GAP]) - 1).clip(min=1).sum())
+
+
+def _check_whole(stamps: np.ndarray, states: np.ndarray) -> None:
+    """Check that no sample is missing between the first and the last."""
+    blank = np.flatnonzero(np.isnan(states).any(axis=1))
+    if len(blank):
+        raise IncompleteTrialError(
+            f"sample {blank[0]} at stamp {stamps[blank[0]]:.3f} s has a command but no joint state"
+        )
+    if missing_in(stamps):
+        intervals = np.diff(stamps)
+        gap = int(np.argmax(intervals))
+        raise IncompleteTrialError(
+            f"{missing_in(stamps)} samples are missing, or this is more than one trial: "
+            f"{intervals[gap]:.3f} s pass after sample {gap} at stamp {stamps[gap]:.3f} s, where "
+            f"{np.median(intervals):.3f} s are usual"
+        )
