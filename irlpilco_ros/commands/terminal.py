@@ -39,14 +39,15 @@ class ProgressDisplay:
                 leave=False,
                 file=self._stream,
                 dynamic_ncols=True,
-                bar_format="{desc} |{bar}| {percentage:3.0f}% {elapsed} {postfix}",
+                bar_format="{desc} |{bar}| {percentage:3.0f}% {elapsed}{postfix}",
             )
 
     def update(self, stage: str, fraction: float, details: str = "") -> None:
         """Show the state: the stage's name, the fraction done of the whole (0..1), and details."""
         if self._bar is not None:
             self._bar.n = min(max(fraction, 0.0), 1.0)
-            self._bar.set_postfix_str(f"{stage} {details}".strip(), refresh=True)
+            self._bar.set_description_str(f"{self._title}: {stage}", refresh=False)
+            self._bar.set_postfix_str(details)
             return
         now = time.monotonic()
         if stage == self._stage and now - self._line_time < LINE_INTERVAL:

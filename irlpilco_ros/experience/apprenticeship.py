@@ -21,7 +21,7 @@ from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.learning.irl_pilco import initial_policy, judge, learn, open_loop_policy
+from irlpilco_ros.learning.irl_pilco import initial_policy, judge, learn, open_loop_policy, weigh
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
@@ -245,12 +245,13 @@ class Apprenticeship:
         self, index: int, iteration: Iteration | None, trial: int, rollout: Rollout
     ) -> MetricsRow:
         errors = judge(self.task, rollout)
+        _, margin = weigh(self.task, self._settings, [*self._rollouts(), rollout])
         return MetricsRow(
             iteration=index,
             trial=trial,
             rmse_rad=errors.rmse,
             mse=errors.mse,
-            margin=self._margin(rollout),
+            margin=margin,
             cost=iteration.cost if iteration else math.nan,
             robot_time_s=(index + 1) * self.task.horizon * self.task.dt,
             model_s=iteration.model_seconds if iteration else 0.0,

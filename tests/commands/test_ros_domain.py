@@ -1,0 +1,42 @@
+"""Choosing a ROS domain."""
+
+from __future__ import annotations
+
+import os
+import socket
+
+import pytest
+
+from irlpilco_ros.commands import ros_domain
+from irlpilco_ros.commands.ros_domain import enter_private_domain
+from irlpilco_ros.learning.errors import IrlPilcoError
+
+
+def test_a_domain_that_is_set_is_kept():
+    environment = {"ROS_DOMAIN_ID": "42", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+    assert enter_private_domain(environment) == 42
+    assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+
+
+def test_otherwise_it_is_a_free_one_on_this_computer_only():
+    environment: dict[str, str] = {}
+    domain = enter_private_domain(environment)
+    assert 1 <= domain <= 100
+    assert environment == {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
+
+
+def test_a_domain_in_use_is_passed_over(monkeypatch):
+    monkeypatch.setattr(os, "getpid", lambda: 0)
+    first = enter_private_domain({})
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(("", 7400 + 250 * first + 10))
+        assert enter_private_domain({}) != first
+
+
+def test_none_is_free(monkeypatch):
+    monkeypatch.setattr(ros_domain, "_is_free", lambda domain: False)
+    with pytest.raises(IrlPilcoError, match="set ROS_DOMAIN_ID"):
+        enter_private_domain({})

@@ -1,0 +1,97 @@
+"""`irlpilco train`: the learner's results from bags, without ROS."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+import toy_robot
+
+from irlpilco_ros.cli import main
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.learning.learning_settings import LearningSettings
+
+SETTINGS = LearningSettings(evaluations=6, phase_count=3)
+SETTINGS_FILE = "/**:\n  ros__parameters:\n    evaluations: 6\n    phase_count: 3\n"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("files")
+    (folder / "robot.yaml").write_text(toy_robot.ROBOT_FILE)
+    (folder / "settings.yaml").write_text(SETTINGS_FILE)
+    return ["--robot", str(folder / "robot.yaml"), "--settings", str(folder / "settings.yaml")]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A run as the learner leaves it: two judged trials, and the third policy ready."""
+    path = tmp_path_factory.mktemp("recorded")
+    bag = toy_robot.record_demonstration(path / "recordings")
+    run = Apprenticeship.open(path / "run", bag, toy_robot.ROBOT, SETTINGS)
+    for _ in range(2):
+        plan = run.prepare()
+        run.finish(plan, toy_robot.record_trial(plan, run.directory.trials_directory))
+    run.prepare()
+    run.close()
+    return path / "run"
+
+
+def train(recorded, out, files, trials=None):
+    words = ["train", "--demonstration", str(recorded / "demonstration")]
+    words += ["--trials", str(trials or recorded / "trials"), "--run-directory", str(out), *files]
+    return main(words)
+
+
+def test_it_finds_what_the_learner_found(recorded, files, tmp_path, capsys):
+    assert train(recorded, tmp_path / "out", files) == 0
+    for name in ("policy_000.yaml", "policy_001.yaml", "policy_002.yaml", "config.yaml"):
+        assert (tmp_path / "out" / name).read_bytes() == (recorded / name).read_bytes()
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split()[:2] == ["iteration", "trial"]
+    assert [line.split()[:2] for line in lines[1:3]] == [["0", "0"], ["1", "1"]]
+    assert lines[-1].endswith("out/policy_002.yaml")
+
+
+def test_a_learner_can_go_on_with_the_result(recorded, files, tmp_path):
+    train(recorded, tmp_path / "out", files)
+    run = Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS)
+    assert run.next_index == 2
+    run.close()
+
+
+def test_broken_off_trials_are_passed_over(recorded, files, tmp_path, capsys):
+    run = Apprenticeship.open(recorded, None, toy_robot.ROBOT, SETTINGS)
+    toy_robot.record_trial(run.prepare(), tmp_path / "trials", steps=3)
+    run.close()
+    assert train(recorded, tmp_path / "out", files, trials=tmp_path / "trials") == 1
+    assert "no whole trial" in capsys.readouterr().err
+
+
+def test_an_existing_folder_is_not_touched(recorded, files, tmp_path, capsys):
+    (tmp_path / "out").mkdir()
+    assert train(recorded, tmp_path / "out", files) == 1
+    assert "exists already" in capsys.readouterr().err
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_setting_that_does_not_exist_is_refused(recorded, files, tmp_path, capsys):
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("/**:\n  ros__parameters:\n    evaluation: 6\n")
+    assert train(recorded, tmp_path / "out", [*files[:2], "--settings", str(wrong)]) == 1
+    message = capsys.readouterr().err
+    assert "sets evaluation, which the learner does not know" in message
+    assert "evaluations" in message
+
+
+def test_it_needs_no_ros(recorded, files, tmp_path):
+    script = (
+        "import sys; from irlpilco_ros.cli import main; code = main(sys.argv[1:]); "
+        "assert not [name for name in sys.modules if name.startswith('rclpy')]; sys.exit(code)"
+    )
+    words = ["train", "--demonstration", str(recorded / "demonstration"), "--trials"]
+    words += [str(recorded / "trials"), "--run-directory", str(tmp_path / "out"), *files]
+    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "iteration 1: model" in done.stderr

@@ -1,0 +1,75 @@
+"""A robot of two joints, fast enough to learn on in a unit test, recorded as a real one is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.experience.trajectory_bag import write_trajectory
+
+JOINTS = ("shoulder", "elbow")
+HORIZON = 6
+PERIOD = 0.5
+
+ROBOT = RobotSettings(
+    joints=JOINTS,
+    position_lower=(-2.0, -2.0),
+    position_upper=(2.0, 2.0),
+    velocity_limit=(1.0, 1.0),
+    control_period=PERIOD,
+    horizon=HORIZON,
+)
+
+ROBOT_FILE = f"""\
+/**:
+  ros__parameters:
+    joints: [{", ".join(JOINTS)}]
+    position_lower: [-2.0, -2.0]
+    position_upper: [2.0, 2.0]
+    velocity_limit: [1.0, 1.0]
+    control_period: {PERIOD}
+    horizon: {HORIZON}
+"""
+
+STAMPS = 100.0 + PERIOD * np.arange(HORIZON + 1)
+
+
+def demonstrated() -> Trajectory:
+    """A person moves both joints there and half way back."""
+    times = PERIOD * np.arange(HORIZON + 1)
+    positions = np.stack([0.4 * np.sin(0.9 * times), 0.3 - 0.3 * np.cos(0.7 * times)], axis=1)
+    velocities = np.stack([0.36 * np.cos(0.9 * times), 0.21 * np.sin(0.7 * times)], axis=1)
+    noise = np.random.default_rng(7).normal(scale=4e-4, size=positions.shape)
+    return Trajectory(
+        JOINTS, STAMPS, positions + noise, velocities, np.full(positions.shape, np.nan)
+    )
+
+
+def trial_of(policy, start, seed: int, steps: int = HORIZON) -> Trajectory:
+    """The robot tries a policy; it moves by 0.85 of what it is told, and its sensors are noisy."""
+    rng = np.random.default_rng(seed)
+    position, velocity = np.array(start, dtype=float), np.zeros(2)
+    seen, commands = [], []
+    for step in range(steps + 1):
+        state = np.concatenate([position, velocity])
+        state = state + rng.normal(scale=[4e-4, 4e-4, 5e-3, 5e-3])
+        control = policy.act(state, step) if step < HORIZON else np.zeros(2)
+        seen.append(state)
+        commands.append(control)
+        velocity = 0.85 * control
+        position = position + PERIOD * velocity
+    states = np.array(seen)
+    return Trajectory(JOINTS, STAMPS[: steps + 1], states[:, :2], states[:, 2:], np.array(commands))
+
+
+def record_demonstration(folder: Path) -> Path:
+    return write_trajectory(folder, demonstrated())
+
+
+def record_trial(plan, folder: Path, steps: int = HORIZON) -> Path:
+    """Run the trial of a plan; the noise depends on the iteration only."""
+    trial = trial_of(plan.policy, plan.parameters["start_position"], seed=plan.index, steps=steps)
+    return write_trajectory(folder, trial)
