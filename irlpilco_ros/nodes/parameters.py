@@ -49,6 +49,7 @@ def declare_settings(
     cls: type[SettingsT],
     prefix: str = "",
     apply: Callable[[SettingsT], None] | None = None,
+    check: Callable[[SettingsT], None] | None = None,
 ) -> SettingsT:
     """Declare one parameter per field, with description, unit, range and choices, and read them.
 
@@ -59,6 +60,8 @@ def declare_settings(
         apply: Gets the new settings after a change has been accepted. A change that the class
             refuses is refused with its reason and changes nothing. Without `apply` nothing
             would come of a change, so all parameters are read-only.
+        check: Checks new settings against what the class does not know; raises
+            InvalidSettingError to refuse them.
 
     Raises:
         InvalidSettingError: the values given at the start do not go together.
@@ -69,8 +72,10 @@ def declare_settings(
         name = prefix + field.name
         values[field.name] = _declare(node, name, field, hints[field.name], apply is None)
     settings = cls(**values)
+    if check is not None:
+        check(settings)
     if apply is not None:
-        _follow(node, settings, prefix, apply)
+        _follow(node, settings, prefix, apply, check)
     return settings
 
 
@@ -107,13 +112,19 @@ def _declare(
 
 
 def _follow(
-    node: Node, initial: SettingsT, prefix: str, apply: Callable[[SettingsT], None]
+    node: Node,
+    initial: SettingsT,
+    prefix: str,
+    apply: Callable[[SettingsT], None],
+    check: Callable[[SettingsT], None] | None,
 ) -> None:
     current = initial
 
-    def check(parameters: list[Parameter]) -> SetParametersResult:
+    def judge(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            updated(current, parameters, prefix)
+            candidate = updated(current, parameters, prefix)
+            if check is not None:
+                check(candidate)
         except InvalidSettingError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -125,7 +136,7 @@ def _follow(
             current = changed
             apply(changed)
 
-    node.add_on_set_parameters_callback(check)
+    node.add_on_set_parameters_callback(judge)
     node.add_post_set_parameters_callback(take_over)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Sequence
 from types import FrameType
@@ -26,6 +27,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from irlpilco_ros.learning.errors import IrlPilcoError
 
+GRACE = 0.1
+"""How long callbacks go on after wind_down() [s]."""
+
 _BAD_START = (
     IrlPilcoError,
     InvalidParameterTypeException,
@@ -39,8 +43,10 @@ def run_node(
 ) -> int:
     """Run a node until SIGINT, SIGTERM or an error ends it.
 
-    If the node has a method `shutdown()`, it is called once, after the last callback has ended
-    and while publishers still work: the place for a last zero velocity.
+    Two methods of the node are called if it has them. `wind_down()` comes first, like a callback,
+    and callbacks go on for GRACE: the place to break off what others wait for, so that they get
+    their answers. `shutdown()` comes after the last callback has ended and while publishers still
+    work: the place for a last zero velocity.
 
     Args:
         make_node: Makes the node; called after rclpy is initialised.
@@ -94,6 +100,7 @@ def _spin_until(stop: threading.Event, node: Node, threads: int) -> bool:
         try:
             while not stop.is_set():
                 executor.spin_once(timeout_sec=1.0)
+            _wind_down(executor, node)
         except ExternalShutdownException:
             pass
         except BaseException as error:
@@ -110,3 +117,13 @@ def _spin_until(stop: threading.Event, node: Node, threads: int) -> bool:
     for failure in failures:
         traceback.print_exception(failure)
     return not failures
+
+
+def _wind_down(executor: Executor, node: Node) -> None:
+    wind_down = getattr(node, "wind_down", None)
+    if wind_down is None:
+        return
+    wind_down()
+    deadline = time.monotonic() + GRACE
+    while (left := deadline - time.monotonic()) > 0.0:
+        executor.spin_once(timeout_sec=left)

@@ -1,0 +1,196 @@
+"""Node `controller`: runs the policy on the robot, and stops the robot for good reason.
+
+A thin shell around `motion_control.MotionControl`. Interfaces: docs in msgs_docs/.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
+
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.nodes.controller_settings import ControllerSettings
+from irlpilco_ros.nodes.health import ERROR, OK, WARN, Health
+from irlpilco_ros.nodes.messages import joint_command, sample
+from irlpilco_ros.nodes.motion_control import MotionControl, Outcome, RefusedError
+from irlpilco_ros.nodes.motions import Approach, Command, Motion, Trial
+from irlpilco_ros.nodes.parameters import declare_settings
+from irlpilco_ros.nodes.policy_parameters import PolicyParameters
+from irlpilco_ros.nodes.qos import JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.nodes.runtime import run_node
+from irlpilco_ros.nodes.safety import check_start
+
+WATCH_PERIOD = 0.02
+"""How often silence of the joint states is looked for [s]."""
+
+_LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
+
+
+class Controller(Node):
+    """Answers every new joint state with a command while a motion is going on."""
+
+    def __init__(self) -> None:
+        """Declare parameters, offer services, listen to joint states."""
+        # Unknown names must reach PolicyParameters, which refuses them with a reason.
+        super().__init__("controller", allow_undeclared_parameters=True)
+        self._robot = declare_settings(self, RobotSettings)
+        settings = declare_settings(
+            self, ControllerSettings, apply=self._apply_settings, check=self._check_settings
+        )
+        self._control = MotionControl(self._robot, settings)
+        self._policy = PolicyParameters(self, self._robot, self._policy_changed)
+        self._fault = ""
+        self._sent: tuple[Command, JointState] | None = None
+        self._commands = self.create_publisher(JointState, "joint_command", JOINT_COMMAND)
+        self._velocities = (
+            self.create_publisher(Float64MultiArray, "velocity_controller/commands", JOINT_COMMAND)
+            if settings.velocity_controller_output
+            else None
+        )
+        self._health = Health(self)
+        self._offer_services()
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
+        self.create_timer(1.0, self._tell, clock=steady)
+        self.create_subscription(JointState, "joint_states", self._take, JOINT_STATES_SUB)
+        self._tell()
+
+    def wind_down(self) -> None:
+        """Break off what is going on, so that whoever waits for it gets an answer."""
+        self._send(self._control.stop("the controller was told to end (SIGINT or SIGTERM)"))
+
+    def shutdown(self) -> None:
+        """Send zero velocity as the last message, if anything was ever sent."""
+        if self._sent is not None:
+            self._send(self._control.zero())
+            self._commands.wait_for_all_acked(_LAST_WORD)
+
+    def _offer_services(self) -> None:
+        # Motions await their end inside the callback; the others must run meanwhile.
+        group = ReentrantCallbackGroup()
+        self.create_service(Trigger, "~/run_trial", self._run_trial, callback_group=group)
+        self.create_service(Trigger, "~/move_to_start", self._move_to_start, callback_group=group)
+        self.create_service(Trigger, "~/stop", self._stop, callback_group=group)
+        self.create_service(SetBool, "~/enable", self._enable, callback_group=group)
+
+    def _take(self, message: JointState) -> None:
+        self._send(self._control.take(sample(message), time.monotonic()))
+
+    def _watch(self) -> None:
+        self._send(self._control.watch(time.monotonic()))
+
+    def _send(self, command: Command | None) -> None:
+        if command is None:
+            return
+        if self._sent is None or self._sent[0] is not command:
+            message = joint_command(
+                command.stamp, self._robot.joints, command.values, self._robot.command_interface
+            )
+            self._sent = command, message
+        self._commands.publish(self._sent[1])
+        if self._velocities is not None:
+            self._velocities.publish(Float64MultiArray(data=command.values.tolist()))
+
+    async def _run_trial(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        policy = self._policy.policy
+        if policy is None:
+            return _refusal(response, "there is no policy; set the parameters policy.* first")
+        trial = Trial(policy, self._robot.horizon, self._robot.control_period)
+        return await self._move(trial, response)
+
+    async def _move_to_start(
+        self, _: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        settings = self._control.settings
+        if not settings.start_position:
+            return _refusal(response, "there is no start; set the parameter start_position first")
+        if self._robot.command_interface != "velocity":
+            return _refusal(response, "move_to_start needs a robot that takes velocities")
+        start = np.array(settings.start_position)
+        approach = Approach(self._robot.joints, start, self._robot.control_limit, settings)
+        return await self._move(approach, response)
+
+    async def _move(self, motion: Motion, response: Trigger.Response) -> Trigger.Response:
+        """Run a motion to its end and answer how it ended."""
+        over = Future(executor=self.executor)
+        try:
+            self._control.start(motion, time.monotonic(), over.set_result)
+        except RefusedError as error:
+            return _refusal(response, str(error))
+        self._fault = ""
+        self._tell()
+        outcome: Outcome = await over
+        self._fault = "" if outcome.succeeded else outcome.message
+        self._tell()
+        if not outcome.succeeded:
+            self.get_logger().error(outcome.message)
+        response.success, response.message = outcome.succeeded, outcome.message
+        return response
+
+    def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        motion = self._control.motion
+        self._send(self._control.stop("controller/stop was called"))
+        response.success = True
+        response.message = "nothing was moving" if motion is None else f"{motion.name} stopped"
+        return response
+
+    def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._control.enabled = request.data
+        if not request.data:
+            stopped = self._control.stop("the controller was disabled")
+            self._send(stopped or self._control.zero())
+        self._tell()
+        response.success, response.message = True, "enabled" if request.data else "disabled"
+        return response
+
+    def _policy_changed(self, _: Policy) -> None:
+        self._send(self._control.stop("the policy was changed"))
+        self._tell()
+
+    def _check_settings(self, settings: ControllerSettings) -> None:
+        check_start(self._robot, settings.start_position, settings.position_margin)
+
+    def _apply_settings(self, settings: ControllerSettings) -> None:
+        self._control.settings = settings
+
+    def _tell(self) -> None:
+        """Report the state of the controller on /diagnostics."""
+        control, policy = self._control, self._policy.policy
+        silence = control.silence(time.monotonic())
+        if control.motion is not None:
+            level, message = OK, f"{control.motion.name} is going on"
+        elif self._fault:
+            level, message = ERROR, self._fault
+        elif not control.enabled:
+            level, message = WARN, "disabled"
+        elif silence:
+            level, message = WARN, silence
+        else:
+            level, message = OK, "idle"
+        kind = "none" if policy is None else policy.kind
+        self._health.report(level, message, enabled=control.enabled, policy=kind)
+
+
+def _refusal(response: Trigger.Response, reason: str) -> Trigger.Response:
+    response.success, response.message = False, reason
+    return response
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM; return the exit code."""
+    return run_node(Controller)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
