@@ -30,6 +30,8 @@ class ModelInput:
         with_state: cov(x, input), shape (D, P).
         state_jacobian: E d input / d x, through the policy too, shape (P, D).
         control_sensitivity: Gives d (mean control) / d parameters, shape (F, p).
+        spread_curvature: From a price of control spread (F, F) to the curvature of its cost by
+            the parameters (p, p); None if the policy does not know it.
     """
 
     mean: Array
@@ -37,6 +39,7 @@ class ModelInput:
     with_state: Array
     state_jacobian: Array
     control_sensitivity: Callable[[], Array]
+    spread_curvature: Callable[[Array], Array | None]
 
 
 def model_input(
@@ -61,6 +64,7 @@ def model_input(
         np.hstack([extended.covariance[:size, known], with_control[:size]]),
         np.vstack([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
         lambda: policy.mean_sensitivity(view, t),
+        lambda price: policy.spread_curvature(view, t, price),
     )
 
     def pullback(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -39,11 +40,21 @@ class Evaluation:
 
     def gradient(self) -> Array:
         """Return dJ / d theta, exact, shape (p,)."""
-        return self.trajectory.gradient(self.cost.means_bar, self.cost.covariances_bar)
+        return self._sweep[0]
 
-    def curvature_root(self) -> Array:
-        """Return R (r, p): the Hessian by theta is about R'R (Gauss-Newton)."""
-        return self.cost.curvature_root(self.trajectory.mean_sensitivities())
+    def curvature(self) -> Array:
+        """Return an approximate Hessian by theta, positive semidefinite, shape (p, p).
+
+        Gauss-Newton for the predicted means, and what gains do to the spread.
+        """
+        root = self.cost.curvature_root(self.trajectory.mean_sensitivities())
+        curvature = root.T @ root
+        spread = self.trajectory.spread_curvature(self._sweep[1])
+        return curvature if spread is None else curvature + spread
+
+    @cached_property
+    def _sweep(self) -> tuple[Array, Array]:
+        return self.trajectory.gradient(self.cost.means_bar, self.cost.covariances_bar)
 
 
 @dataclass(frozen=True)

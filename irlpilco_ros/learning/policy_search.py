@@ -105,9 +105,9 @@ def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
     damping, patience = _FIRST_DAMPING, _PATIENCE
     while not tracker.exhausted and patience > 0:
         theta, gradient = current.policy.parameters, current.gradient()
-        root = current.curvature_root()
+        curvature = current.curvature()
         while not tracker.exhausted:
-            step = _damped_step(root, gradient, damping)
+            step = _damped_step(curvature, gradient, damping)
             candidate = tracker.evaluate(current.policy.with_parameters(theta - step))
             if candidate is not None and candidate.value < current.value:
                 break
@@ -122,18 +122,13 @@ def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
         damping = max(damping / 5.0, _SMALLEST_DAMPING)
 
 
-def _damped_step(root: Array, gradient: Array, damping: float) -> Array:
-    """Solve (R'R + d I) step = gradient, d being the damping times the mean curvature.
-
-    By the matrix inversion lemma, since R has fewer rows (r) than columns (p):
-    step = (gradient - R'(RR' + d I)^-1 R gradient) / d.
-    """
-    gram = root @ root.T
-    damping = damping * float(np.trace(gram)) / len(gradient) + 1e-12
-    gram[np.diag_indices_from(gram)] += damping
-    factor = linalg.cho_factor(gram, overwrite_a=True, check_finite=False)
-    inner = linalg.cho_solve(factor, root @ gradient, check_finite=False)
-    step: Array = (gradient - root.T @ inner) / damping
+def _damped_step(curvature: Array, gradient: Array, damping: float) -> Array:
+    """Solve (C + d I) step = gradient, d being the damping times the mean curvature."""
+    damped = curvature.copy()
+    scale = float(np.trace(curvature)) / len(gradient)
+    damped[np.diag_indices_from(damped)] += damping * scale + 1e-12
+    factor = linalg.cho_factor(damped, overwrite_a=True, check_finite=False)
+    step: Array = linalg.cho_solve(factor, gradient, check_finite=False)
     return step
 
 

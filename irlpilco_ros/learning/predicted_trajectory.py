@@ -68,22 +68,26 @@ class PredictedTrajectory:
     steps: tuple[Step, ...]
     layout: StateLayout
 
-    def gradient(self, means_bar: Array, covariances_bar: Array) -> Array:
-        """Return the gradient of an objective by the policy's parameters, shape (p,).
+    def gradient(self, means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
+        """Return the gradient of an objective by the policy's parameters, in a reverse sweep.
 
         Args:
             means_bar: Derivative by `means`, shape (H + 1, D).
             covariances_bar: Derivative by `covariances`, symmetric, shape (H + 1, D, D).
+
+        Returns:
+            The gradient (p,), and for each step the derivative by the covariance after it, what
+            follows from it included, shape (H, D, D).
         """
         mean_bar, covariance_bar = means_bar[-1], covariances_bar[-1]
-        gradients = []
+        gradients, after = [], []
         for t in range(len(self.steps) - 1, -1, -1):
+            after.append(covariance_bar)
             mean_bar, covariance_bar, own = self.steps[t].pullback(mean_bar, covariance_bar)
             gradients.append(own)
             mean_bar = mean_bar + means_bar[t]
             covariance_bar = covariance_bar + covariances_bar[t]
-        total: Array = np.sum(gradients, axis=0)
-        return total
+        return np.sum(gradients, axis=0), np.stack(after[::-1])
 
     def mean_sensitivities(self) -> Array:
         """Return d m[t] / d theta along the expected Jacobians, shape (H + 1, D, p).
@@ -103,6 +107,28 @@ class PredictedTrajectory:
                 following += by_state @ sensitivities[-1]
             sensitivities.append(following)
         return np.stack([np.zeros_like(sensitivities[0]), *sensitivities])
+
+    def spread_curvature(self, covariances_after_bar: Array) -> Array | None:
+        """Return the curvature of the spread's cost by the policy's parameters, shape (p, p).
+
+        A gain K changes the spread by (I + V_x + V_u K) S (I + V_x + V_u K)', a quadratic whose
+        curvature is weighed by what the spread costs from there on, as in LQR. None if the
+        policy does not know it.
+
+        Args:
+            covariances_after_bar: Of each step, as `gradient` returns them, shape (H, D, D).
+        """
+        known = len(self.layout.dynamics_view(self.means[0]))
+        total: Array | None = None
+        for step, price in zip(self.steps, covariances_after_bar, strict=True):
+            by_control = step.jacobian[:, known:]
+            values, vectors = np.linalg.eigh(by_control.T @ price @ by_control)
+            control_price = (vectors * np.maximum(values, 0.0)) @ vectors.T
+            own = step.input.spread_curvature(control_price)
+            if own is None:
+                return None
+            total = own if total is None else total + own
+        return total
 
 
 def predict_trajectory(

@@ -50,6 +50,18 @@ class Policy(Protocol):
         of the control's spread may be left out.
         """
 
+    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array | None:
+        """Return the Hessian by the parameters (p, p) of tr(price cov u), as far as gains go.
+
+        Args:
+            state: The state that the policy sees.
+            step: Step of the trial.
+            price: What spread of the controls costs, positive semidefinite, shape (F, F).
+
+        Returns:
+            A positive semidefinite matrix, or None if this kind of policy does not know it.
+        """
+
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
 

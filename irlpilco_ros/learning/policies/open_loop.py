@@ -89,6 +89,10 @@ class OpenLoopPolicy:
         size = self.controls.shape[1]
         return np.eye(size, self.controls.size, step * size)
 
+    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array | None:
+        """Return None: a table has no gains."""
+        return None
+
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""
         return {
