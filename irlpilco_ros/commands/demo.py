@@ -139,8 +139,8 @@ class Demo:
         parameters = {"demonstration": str(demonstration)}
         self._session.run(self._session.clients.set_parameters("learner", parameters), self._check)
         printed = 0
-        for iteration in range(1, self._arguments.iterations + 1):
-            learn_iteration(self._session, f"iteration {iteration}", self._check)
+        for _ in range(self._arguments.iterations):
+            learn_iteration(self._session, self._check)
             rows = self._directory.metrics()
             for row in rows[printed:]:
                 _print_row(row)

@@ -48,27 +48,27 @@ def run(arguments: argparse.Namespace) -> int:
 
     with Session("irlpilco_learn", namespace=arguments.namespace) as session:
         for _ in range(arguments.iterations):
-            print(learn_iteration(session, "learn_iteration"), flush=True)
+            print(learn_iteration(session), flush=True)
     return 0
 
 
-def learn_iteration(session: Session, title: str, check: Callable[[], None] | None = None) -> str:
+def learn_iteration(session: Session, check: Callable[[], None] | None = None) -> str:
     """Call `learn_iteration` once, showing progress, and return the answer.
 
     Args:
         session: A node to call with.
-        title: What the progress is headed with.
         check: Called now and then; what it raises ends the waiting.
 
     Raises:
         ServiceError: the learner is not there, ended, or says why it could not do it.
     """
-    with ProgressDisplay(title) as display:
+    with ProgressDisplay("learning") as display:
 
         def show() -> None:
             progress = session.progress
             if progress is not None and progress.iteration >= 0:
-                display.update(progress.stage, progress.fraction, progress.details())
+                stage = f"iteration {progress.iteration}, {progress.stage}"
+                display.update(stage, progress.fraction, progress.details())
             if check is not None:
                 check()
 

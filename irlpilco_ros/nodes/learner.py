@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -22,6 +22,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan, TrialReport
 from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -40,6 +41,12 @@ Result = TypeVar("Result")
 
 PROGRESS_PERIOD = 0.25
 """Time between two messages on learner/progress [s]."""
+
+COMPUTED = 0.8
+"""Fraction of an iteration that is done when the computing is over."""
+
+ROBOT_STAGES = {"hand over": COMPUTED, "move to start": 0.82, "trial": 0.9, "judge": 0.98}
+"""Fraction of an iteration that is done when a stage on the robot begins."""
 
 STOP_TIMEOUT = 5.0
 """How long a computation may take to notice that the node stops [s]."""
@@ -108,8 +115,8 @@ class Learner(Node):
 
     def _first_words(self) -> str:
         """Check the run at the start, so that a wrong one is refused before the robot moves."""
-        directory = Path(self._where.run_directory)
-        if not self._where.demonstration and not directory.exists():
+        recorded = RunDirectory(self._where.run_directory).demonstration_directory
+        if not self._where.demonstration and not recorded.exists():
             return "waiting for a demonstration"
         return f"ready for iteration {self._open().next_index}"
 
@@ -191,7 +198,7 @@ class Learner(Node):
         self._progress = LearnerProgress(
             stage=progress.stage,
             iteration=iteration,
-            fraction=progress.fraction,
+            fraction=COMPUTED * progress.fraction,
             cost=progress.cost,
             evaluations=progress.evaluations,
             seconds_left=self._iteration_clock.seconds_left(
@@ -200,10 +207,9 @@ class Learner(Node):
         )
 
     def _say(self, stage: str) -> None:
-        """Take note of a stage outside of computing."""
-        self._progress = replace(
-            self._progress, stage=stage, fraction=1.0, seconds_left=float("nan")
-        )
+        """Take note of a stage on the robot."""
+        fraction = ROBOT_STAGES.get(stage, 0.0)
+        self._progress = LearnerProgress(stage, self._progress.iteration, fraction)
 
     def _publish_progress(self) -> None:
         self._progress_publisher.publish(self._progress.to_message(self.get_clock().now().to_msg()))

@@ -20,7 +20,7 @@ class LearnerProgress:
     Attributes:
         stage: What it is doing, such as "model", "policy" or "trial"; "idle" if nothing.
         iteration: Which iteration, or -1 if none is under way.
-        fraction: How much of the iteration's computing is done, 0..1.
+        fraction: How much of the iteration is done, 0..1.
         cost: Lowest cost found so far, NaN if there is none.
         evaluations: Cost evaluations so far.
         seconds_left: Estimated computing time left [s], NaN if unknown.

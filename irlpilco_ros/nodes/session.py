@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.time import Time
 
 from irlpilco_ros.nodes.clients import Clients
 from irlpilco_ros.nodes.learner_progress import LearnerProgress
@@ -31,7 +32,8 @@ class Session:
     Attributes:
         node: The node.
         clients: Service calls made as this node.
-        progress: What the learner last said on `learner/progress`, or None.
+        progress: What the learner has last said on `learner/progress` since `run` was called, or
+            None.
     """
 
     def __init__(self, name: str, namespace: str = "") -> None:
@@ -49,6 +51,7 @@ class Session:
         self._executor.add_node(self.node)
         self.clients = Clients(self.node)
         self.progress: LearnerProgress | None = None
+        self._since = self.node.get_clock().now()
         self.node.create_subscription(
             DiagnosticArray, "learner/progress", self._take_progress, DIAGNOSTICS
         )
@@ -62,6 +65,7 @@ class Session:
             work: What to await; it may await rclpy futures only.
             on_wait: Called ten times a second meanwhile; what it raises ends the waiting.
         """
+        self.progress, self._since = None, self.node.get_clock().now()
         task = self._executor.create_task(work)
         while not task.done():
             self._executor.spin_once(timeout_sec=POLL)
@@ -101,7 +105,9 @@ class Session:
             await self.clients.wait_for(name, timeout)
 
     def _take_progress(self, message: DiagnosticArray) -> None:
-        self.progress = LearnerProgress.from_message(message) or self.progress
+        # Between two calls nobody listens, and what is waiting then is about the last one.
+        if Time.from_msg(message.header.stamp) >= self._since:
+            self.progress = LearnerProgress.from_message(message) or self.progress
 
     def __enter__(self) -> Session:
         return self
