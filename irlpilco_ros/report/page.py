@@ -91,7 +91,7 @@ def _header(run: RunSummary, artwork: Artwork) -> str:
             f"is {run.replay_rmse:.4f} rad off."
         )
     facts = (
-        f"{run.robot} · {len(run.joints)} joints · {steps} decisions per trial, one every "
+        f"{len(run.joints)} joints · {run.times[-1]:g} s per trial · {steps} decisions, one every "
         f"{run.times[1] - run.times[0]:g} s"
     )
     return (
@@ -112,7 +112,8 @@ def _tiles(run: RunSummary, debris: DebrisCount | None) -> str:
         replay = f"{run.replay_rmse:.4f} <small>rad</small>"
         tiles.insert(1, ("", "open-loop replay", replay))
     if debris is not None:
-        mean = f"{debris.learned.mean():.1f} <small>of {debris.pieces} pieces</small>"
+        learned = list(debris.counts.values())[-1].mean()
+        mean = f"{learned:.1f} <small>of {debris.pieces} pieces</small>"
         tiles.append(("", f"debris in the pan, mean of {len(debris.seeds)}", mean))
     cells = "\n".join(
         f'<div class="{kind}"><dt>{name}</dt><dd>{value}</dd></div>' for kind, name, value in tiles
@@ -127,8 +128,8 @@ def _pictures(artwork: Artwork) -> str:
     if artwork.animation is not None:
         alt = "Animation: the demonstration on the left and the latest trial on the right."
         caption = (
-            "<b>Left: demonstration. Right: the latest trial.</b> Both arms follow the positions "
-            "in the bags; the debris is simulated. Real time."
+            "<b>Left: demonstration. Right: the latest trial.</b> The arms are guided along the "
+            "positions in the bags; the debris is simulated. In real time."
         )
         parts.append(_figure(_webp(artwork.animation), alt, caption))
     if artwork.filmstrip is not None:
@@ -194,18 +195,12 @@ def _debris(artwork: Artwork) -> str:
     count = artwork.debris_count
     if artwork.debris is None or count is None:
         return ""
-    means = {
-        "demonstration": count.demonstration.mean(),
-        "open-loop replay": count.replay.mean(),
-        "learned policy": count.learned.mean(),
-    }
-    alt = f"Pieces in the pan of {count.pieces}, mean over {len(count.seeds)} scatterings: "
-    alt += ", ".join(f"{name} {mean:.1f}" for name, mean in means.items()) + "."
+    means = ", ".join(f"{name} {values.mean():.1f}" for name, values in count.counts.items())
+    alt = f"Pieces in the pan of {count.pieces}, mean over {len(count.seeds)} scatterings: {means}."
     caption = (
-        f"<b>{count.pieces} pieces of debris, scattered anew {len(count.seeds)} times</b> and "
-        "swept in simulation by the demonstration, by its open-loop replay and by the learned "
-        "policy. A line joins the same scattering; bars are means. Where a piece rolls is "
-        "chaotic: compare the means."
+        f"<b>{count.pieces} pieces of debris, scattered anew {len(count.seeds)} times</b>, and "
+        "swept in simulation along each recorded motion. A grey line joins the same scattering, "
+        "a bar is the mean. Where a single piece rolls is chaotic: compare the means."
     )
     return "<h2>The task itself: debris in the pan</h2>\n" + _figure(
         _svg(artwork.debris), alt, caption
@@ -248,11 +243,11 @@ def _choice(legend: str, name: str, options: dict[str, str], chosen: str) -> str
 
 
 def _weights(artwork: Artwork) -> str:
-    alt = "Weight of every joint after every trial, and the margin over the iterations."
+    alt = "Cost weight of every joint in every iteration, and the margin over the iterations."
     caption = (
-        "<b>Cost weights by max-margin.</b> After every trial the weights are chosen that keep "
-        "all trials so far as far from the demonstration as possible; a large weight says that "
-        "this joint still gives the robot away."
+        "<b>Weights of the squared errors in the cost, and the margin.</b> By max-margin, the "
+        "weights are those that keep all trials so far as far from the demonstration as "
+        "possible: a large weight says that this joint still gives the robot away."
     )
     return "<h2>Cost weights and margin</h2>\n" + _figure(_svg(artwork.weights), alt, caption)
 

@@ -38,21 +38,22 @@ def error_figure(run: RunSummary) -> Figure:
 
 def weights_figure(run: RunSummary) -> Figure:
     """Draw the max-margin weight of every joint over the iterations, and the margin."""
-    weighted = [i for i in run.iterations if i.weights is not None]
     with style.look():
-        height = 0.24 * len(run.joints) + 1.0
+        height = 0.24 * len(run.feature_names) + 1.0
         figure = Figure(figsize=(style.PAGE_WIDTH, max(height, 3.0)), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
-        if weighted:
+        if any(i.weights is not None for i in run.iterations):
             _weight_map(left, run)
+        else:
+            style.blank(left)
         finite = [i for i in run.iterations if np.isfinite(i.margin) and i.margin > 0.0]
         line = {**style.ROBOT, "color": style.INK, "linewidth": 1.5, "markersize": 5.0}
         right.plot([i.index for i in finite], [i.margin for i in finite], **line)
-        right.set_ylabel("margin [rad²]")
+        right.set_ylabel("margin of the weights [rad²]")
         if finite:
             _log_scale(right)
         _iteration_axis(right, run)
-        right.set_title("margin: what still tells the robot from the expert")
+        right.set_title("margin")
         return figure
 
 
@@ -85,24 +86,21 @@ def time_figure(run: RunSummary) -> Figure:
 
 
 def _weight_map(axes: Axes, run: RunSummary) -> None:
-    count = len(run.iterations)
-    values = np.full((len(run.joints), count), np.nan)
-    for column, iteration in enumerate(run.iterations):
-        if iteration.weights is not None:
-            values[:, column] = iteration.weights
+    weighted = [(i.index, i.weights) for i in run.iterations if i.weights is not None]
+    values = np.column_stack([weights for _, weights in weighted])
     axes.imshow(values, cmap=style.SEQUENTIAL, vmin=0.0, vmax=1.0, aspect="auto")
     for (row, column), value in np.ndenumerate(values):
-        if np.isfinite(value):
-            colour = "white" if value > 0.55 else style.INK
-            text = f"{value:.2f}" if value >= 0.005 else "0"
-            axes.text(column, row, text, ha="center", va="center", fontsize=7.0, color=colour)
-    axes.set_yticks(range(len(run.joints)), [style.pretty(joint) for joint in run.joints])
-    axes.set_xticks(range(count), [str(i.index) for i in run.iterations])
+        colour = "white" if value > 0.55 else style.INK
+        text = f"{value:.2f}" if value >= 0.005 else "0"
+        axes.text(column, row, text, ha="center", va="center", fontsize=7.0, color=colour)
+    names = [style.pretty(name) for name in run.feature_names]
+    axes.set_yticks(range(len(names)), names)
+    axes.set_xticks(range(len(weighted)), [str(index) for index, _ in weighted])
     axes.grid(False)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
-    axes.set_xlabel("iteration (0: initial trial)")
-    axes.set_title("weight of each joint's squared error, ‖w‖ = 1")
+    axes.set_xlabel("iteration")
+    axes.set_title("cost weights, length of the vector 1")
 
 
 def _iteration_axis(axes: Axes, run: RunSummary) -> None:

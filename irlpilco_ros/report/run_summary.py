@@ -22,10 +22,10 @@ class IterationSummary:
         trial: what the robot did, joint positions of shape (H+1, J) [rad].
         prediction: mean of the predicted positions, shape (H+1, J) [rad], or None.
         deviation: standard deviation of the predicted positions, shape (H+1, J) [rad], or None.
-        weights: max-margin weight of every feature after this trial, shape (J,), or None.
+        weights: cost weights that the policy was computed with, one per feature, or None.
         rmse: root-mean-square joint error of the trial against the demonstration [rad].
         mse: the thesis's error (6.1).
-        margin: max-margin distance to the demonstration, NaN if not computed.
+        margin: margin of the weight rule, NaN if there is none.
         cost: value of the minimised objective J, NaN if there is none.
         robot_time: robot seconds used so far, this trial included [s].
         model_time: seconds of computing spent on the dynamics model [s].
@@ -74,7 +74,6 @@ class RunSummary:
 
     Attributes:
         name: name of the run directory.
-        robot: what moved, in a few words.
         joints: names of the J joints.
         times: time of every sample, 0 to H dt, shape (H+1,) [s].
         demonstration: joint positions of the demonstration, shape (H+1, J) [rad].
@@ -86,7 +85,6 @@ class RunSummary:
     """
 
     name: str
-    robot: str
     joints: tuple[str, ...]
     times: FloatArray
     demonstration: FloatArray
@@ -100,6 +98,14 @@ class RunSummary:
     def last(self) -> IterationSummary:
         """The latest iteration whose trial is on disk."""
         return self.iterations[-1]
+
+    @property
+    def feature_names(self) -> tuple[str, ...]:
+        """Names of the weighted features: the joints, unless something else was compared."""
+        counts = [len(i.weights) for i in self.iterations if i.weights is not None]
+        if not counts or counts[0] == len(self.joints):
+            return self.joints
+        return tuple(f"feature {number}" for number in range(1, counts[0] + 1))
 
     @property
     def computing_time(self) -> float:
@@ -127,15 +133,11 @@ class DebrisCount:
     """Debris in the pan after a sweep, over several scatterings of the debris.
 
     Attributes:
-        seeds: seed of every scattering, shape (n,).
+        seeds: seed of every scattering.
         pieces: how many pieces lay on the table.
-        demonstration: pieces in the pan after the demonstration, shape (n,).
-        replay: the same after its open-loop replay, shape (n,).
-        learned: the same after the learned policy, shape (n,).
+        counts: for each way of sweeping, in order, the pieces in the pan by scattering: (n,).
     """
 
-    seeds: NDArray[np.int64]
+    seeds: tuple[int, ...]
     pieces: int
-    demonstration: NDArray[np.int64]
-    replay: NDArray[np.int64]
-    learned: NDArray[np.int64]
+    counts: dict[str, NDArray[np.int64]]

@@ -1,0 +1,111 @@
+"""From the files of a run directory to what the report shows."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
+
+
+def read_run(run: RunDirectory) -> RunSummary:
+    """Read everything that the report shows.
+
+    Raises:
+        RunDirectoryError: this is no run directory, or no trial of it was judged yet.
+        BagError: a bag of it cannot be read.
+    """
+    configuration = run.configuration()
+    try:
+        joints = tuple(str(joint) for joint in configuration["joints"])
+        horizon = int(configuration["horizon"])
+        period = float(configuration["control_period"])
+    except KeyError as error:
+        raise RunDirectoryError(f"{run.path / 'config.yaml'} lacks the key {error}") from error
+    rows = run.metrics()
+    if not rows:
+        raise RunDirectoryError(
+            f"{run.path} holds no judged trial yet; there is nothing to report before the first "
+            "learning iteration is over"
+        )
+    bags = {row.trial: run.trials_directory / f"{row.trial:03d}" for row in rows}
+    trials = [read_bag(bags[row.trial]).rollout(joints, horizon) for row in rows]
+    found = {k: run.read_iteration(k) for k in run.iterations()}
+    positions = slice(0, len(joints))
+    replay_row = run.replay_metrics()
+    return RunSummary(
+        name=run.path.name,
+        joints=joints,
+        times=np.asarray(period * np.arange(horizon + 1), dtype=np.float64),
+        demonstration=run.demonstration().rollout(joints, horizon).states[:, positions],
+        iterations=tuple(
+            _iteration(row, trial.states[:, positions], found.get(row.iteration or 0))
+            for row, trial in zip(rows, trials, strict=True)
+        ),
+        replay_rmse=math.nan if replay_row is None else replay_row.rmse_rad,
+        replay=None if replay_row is None else _replay(run, replay_row, joints, horizon),
+        model=_model(joints, trials, found),
+        settings={key: _text(value) for key, value in configuration.items()},
+    )
+
+
+def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> IterationSummary:
+    joints = trial.shape[1]
+    prediction = deviation = weights = None
+    if found is not None:
+        prediction = found.predicted_means[:, :joints]
+        variances = np.diagonal(found.predicted_covariances, axis1=1, axis2=2)[:, :joints]
+        deviation = np.sqrt(np.maximum(variances, 0.0))
+        weights = found.weights
+    return IterationSummary(
+        index=row.iteration or 0,
+        trial=trial,
+        prediction=prediction,
+        deviation=deviation,
+        weights=weights,
+        rmse=row.rmse_rad,
+        mse=row.mse,
+        margin=row.margin,
+        cost=row.cost,
+        robot_time=row.robot_time_s,
+        model_time=row.model_s,
+        policy_time=row.policy_s,
+    )
+
+
+def _replay(
+    run: RunDirectory, row: MetricsRow, joints: tuple[str, ...], horizon: int
+) -> np.ndarray:
+    rollout = read_bag(run.replay_directory / f"{row.trial:03d}").rollout(joints, horizon)
+    return rollout.states[:, : len(joints)]
+
+
+def _model(
+    joints: tuple[str, ...], trials: list[Rollout], found: dict[int, Iteration]
+) -> ModelSummary | None:
+    """Return the model of the latest iteration, with the spread of the inputs it was trained on."""
+    if not found:
+        return None
+    latest = max(found)
+    inputs = np.concatenate([trial.inputs() for trial in trials[:latest]])
+    states = [f"{joint} {what}" for what in ("position", "velocity") for joint in joints]
+    commands = [f"{joint} command" for joint in joints]
+    return ModelSummary(
+        input_names=(*states, *commands),
+        output_names=tuple(states),
+        lengthscales=np.exp(found[latest].hyperparameters.log_lengthscales),
+        input_spread=inputs.std(axis=0),
+    )
+
+
+def _text(value: Any) -> str:
+    """Return a setting as one reads it: lists without brackets, numbers as they are."""
+    return ", ".join(str(each) for each in value) if isinstance(value, list) else str(value)

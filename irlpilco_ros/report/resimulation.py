@@ -1,0 +1,138 @@
+"""Recorded motions once more in simulation, with debris on the table, for pictures and counts.
+
+A motion is played back by guiding the simulated arms along the recorded positions, so that what
+is seen and counted is the motion in the bag and not a new attempt of the policy. The functions
+run in processes of their own (`workers`).
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_bridge.guided_motion import GuidedMotion
+from sim_bridge.joints import ARM_JOINTS
+
+if TYPE_CHECKING:
+    from sim_bridge.baxter_simulation import BaxterSimulation
+
+PIECES = 20
+"""Pieces of debris on the table."""
+SETTLING_TIME = 0.5
+"""How long the arms stand at the end before the debris is counted [s]."""
+CAMERA = "front"
+RENDERED_SIZE = (480, 360)
+"""Width and height that are drawn [pixel]."""
+KEPT_HEIGHT = 290
+"""What is kept of the height, from the top [pixel]: below is table only."""
+FIELD_OF_VIEW = 32.0
+"""Vertical, of the camera in front of the robot [degree]: arms, brush, debris and pan."""
+FRAME_STEP = 12
+"""Steps of 10 ms from picture to picture: the animation has 8.3 a second."""
+SHADOW_SIZE = 2048
+"""Resolution of shadows [pixel]: without a graphics card, pictures are most of the time spent."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """Pictures of a motion, one every `FRAME_STEP`.
+
+    Attributes:
+        frames: shape (n, height, width, 3); the first at the start of the motion.
+        times: of each picture, shape (n,) [s].
+    """
+
+    frames: NDArray[np.uint8]
+    times: NDArray[np.float64]
+
+
+def can_resimulate(joints: Iterable[str]) -> bool:
+    """Whether these are joints of the simulated robot."""
+    return set(joints) <= set(ARM_JOINTS)
+
+
+@contextmanager
+def workers() -> Iterator[ProcessPoolExecutor]:
+    """Give a pool of at most two fresh processes: OpenGL and MuJoCo stay out of this one.
+
+    At the end of the `with`, what has not begun is dropped.
+    """
+    count = min(2, os.cpu_count() or 1)
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(count, context, initializer=_leave_interrupts_to_the_parent)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def count_debris(motion: GuidedMotion, seed: int) -> int:
+    """Return how many of `PIECES`, scattered by a seed, are in the pan after a motion."""
+    # Imported here: the page is built without MuJoCo, too.
+    from sim_bridge.episode import guide_through
+
+    simulation = _at_start(motion, seed)
+    guide_through(simulation, _with_rest(motion), motion.interval)
+    return simulation.debris_in_pan()
+
+
+def film(motion: GuidedMotion, seed: int) -> Film:
+    """Return pictures of a motion through debris that is scattered by a seed.
+
+    Raises:
+        RenderingError: nothing here draws without a screen; says what to install.
+    """
+    from sim_bridge.episode import guide_through
+    from sim_bridge.rendering import FrameRenderer
+
+    simulation = _at_start(motion, seed)
+    _simplify(simulation.model)
+    frames, times = [], []
+    with FrameRenderer(simulation, *RENDERED_SIZE, camera=CAMERA) as renderer:
+
+        def draw() -> None:
+            if round(simulation.time * 100) % FRAME_STEP == 0:
+                frames.append(renderer.frame()[:KEPT_HEIGHT])
+                times.append(simulation.time)
+
+        draw()
+        guide_through(simulation, motion, motion.interval, draw)
+    return Film(np.stack(frames), np.array(times))
+
+
+def _simplify(model: Any) -> None:
+    """Look closer, at half the cost: smaller shadows and no mirror in the floor."""
+    model.vis.quality.shadowsize = SHADOW_SIZE
+    model.mat_reflectance[:] = 0.0
+    model.camera(CAMERA).fovy[:] = FIELD_OF_VIEW
+
+
+def _at_start(motion: GuidedMotion, seed: int) -> BaxterSimulation:
+    from sim_bridge.baxter_simulation import BaxterSimulation
+    from sim_bridge.simulation_settings import SimulationSettings
+
+    simulation = BaxterSimulation(SimulationSettings(debris=PIECES, debris_seed=seed))
+    positions = simulation.true_positions
+    index = [simulation.joint_names.index(joint) for joint in motion.joints]
+    positions[index] = motion.waypoints[0]
+    simulation.reset(positions=positions)
+    return simulation
+
+
+def _with_rest(motion: GuidedMotion) -> GuidedMotion:
+    steps = round(SETTLING_TIME / motion.interval)
+    rest = np.repeat(motion.waypoints[-1:], steps, axis=0)
+    return GuidedMotion(motion.joints, motion.interval, np.concatenate([motion.waypoints, rest]))
