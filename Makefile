@@ -43,6 +43,9 @@ format: $(READY)  ## let ruff rewrite what it can
 benchmark: $(READY)  ## measure the speed of the parts
 	$(BIN)/python -m benchmarks $(ARGS)
 
+docs: $(READY)  ## write msgs_docs/parameters.md from the code
+	$(BIN)/python tools/parameter_tables.py
+
 lock:  ## resolve requirements/*.in anew
 	tools/lock.sh
 
@@ -58,4 +61,4 @@ $(OLDEST)/.ready: requirements/oldest.lock setup.py setup.cfg tools/set_up.sh
 	@tools/set_up.sh $(OLDEST) requirements/oldest.lock
 	@touch $@
 
-.PHONY: help demo test test-oldest lint format benchmark lock clean
+.PHONY: help demo test test-oldest lint format benchmark docs lock clean

@@ -83,7 +83,7 @@ def test_parameter_files_and_launch_files_are_installed(prefix, repository):
     share = prefix / "share/irlpilco_ros"
     for folder in ("config", "launch"):
         originals = {path.name: path.read_bytes() for path in (repository / folder).glob("*.*")}
-        installed = {path.name: path.read_bytes() for path in (share / folder).iterdir()}
+        installed = {path.name: path.read_bytes() for path in (share / folder).glob("*.*")}
         assert installed == originals
         assert installed
 

@@ -1,0 +1,110 @@
+"""Writes msgs_docs/parameters.md from the settings classes: one table per node.
+
+python tools/parameter_tables.py
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from irlpilco_ros.experience.policy_file import PREFIX, parameter_types  # noqa: E402
+from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
+from irlpilco_ros.learning.learning_settings import LearningSettings  # noqa: E402
+from irlpilco_ros.nodes.controller_settings import ControllerSettings  # noqa: E402
+from irlpilco_ros.nodes.demonstration_recorder import RecorderSettings  # noqa: E402
+from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
+from irlpilco_ros.nodes.policy_parameters import _DESCRIPTIONS  # noqa: E402
+from sim_bridge.demonstrator_node import DemonstratorSettings  # noqa: E402
+from sim_bridge.simulation_settings import SimulationSettings  # noqa: E402
+
+PAGE = ROOT / "msgs_docs" / "parameters.md"
+
+SETTINGS: dict[str, tuple[type, ...]] = {
+    "demonstration_recorder": (RecorderSettings,),
+    "controller": (RobotSettings, ControllerSettings),
+    "learner": (RobotSettings, LearningSettings, RunSettings),
+    "baxter_simulator": (SimulationSettings,),
+    "demonstrator": (DemonstratorSettings,),
+}
+"""What each node declares its parameters from."""
+
+INTRODUCTION = """\
+# Parameters
+
+Every parameter of every node, written by `make docs` from the classes that declare them; on a
+running node `ros2 param describe NODE NAME` says the same. The shipped files are
+[config/baxter.yaml](../config/baxter.yaml) (robot),
+[config/baxter_simulator.yaml](../config/baxter_simulator.yaml) (simulated robot),
+[config/sweep.yaml](../config/sweep.yaml) (learner, best settings) and
+[config/thesis.yaml](../config/thesis.yaml) (learner, the thesis's settings).
+"""
+
+POLICY = """\
+The policy is parameters of the controller too, set all at once
+(see [controller/set_parameters_atomically](controller.set_parameters_atomically.md)). Which of
+them there are depends on the kind.
+"""
+
+
+def page() -> str:
+    """Return the page."""
+    return "\n".join([INTRODUCTION, *(section(node) for node in SETTINGS)])
+
+
+def section(node: str) -> str:
+    """Return the heading and the table of one node."""
+    lines = [
+        f"## {node}",
+        "",
+        "| name | default | range | meaning |",
+        "|---|---|---|---|",
+        *(row(field) for cls in SETTINGS[node] for field in dataclasses.fields(cls)),
+        "",
+    ]
+    if node == "controller":
+        lines += [POLICY, "| name | type | meaning |", "|---|---|---|", *policy_rows(), ""]
+    return "\n".join(lines)
+
+
+def row(field: dataclasses.Field[Any]) -> str:
+    """Return a parameter as a line of its table."""
+    unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+    fixed = " Read-only." if field.metadata["read_only"] else ""
+    meaning = f"{field.metadata['description']}{unit}{fixed}"
+    return f"| `{field.name}` | {shown(field.default)} | {', '.join(span(field))} | {meaning} |"
+
+
+def policy_rows() -> Iterator[str]:
+    """Yield a line for each parameter that some kind of policy has."""
+    for name, kind in parameter_types().items():
+        meaning = _DESCRIPTIONS.get(name.removeprefix(PREFIX), "A field of the policy.")
+        yield f"| `{name}` | {kind.__name__} | {meaning} |"
+
+
+def shown(value: Any) -> str:
+    """Return a default value in YAML's words."""
+    if isinstance(value, tuple):
+        return "`[" + ", ".join(str(element) for element in value) + "]`"
+    if isinstance(value, str):
+        return f"`{value}`" if value else '`""`'
+    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+
+
+def span(field: dataclasses.Field[Any]) -> Iterator[str]:
+    """Yield the limits of a value, or the words that are allowed."""
+    yield from (f"`{choice}`" for choice in field.metadata["choices"])
+    low, high = field.metadata["minimum"], field.metadata["maximum"]
+    if low is not None or high is not None:
+        yield f"{-math.inf if low is None else low:g} to {math.inf if high is None else high:g}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
