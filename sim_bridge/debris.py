@@ -14,6 +14,9 @@ _RADIUS = (0.007, 0.010)
 _GAP = 0.002
 _DENSITY = 900.0  # [kg/m^3]
 _ROLLING_DAMPING = 2e-5  # [N s/m], [Nm s]: crumbs do not roll like ball bearings
+# Crumbs give way: a hard one, caught between the pan and the table, would break the physics.
+_SOFTNESS = (0.3, 0.7, 0.005, 0.5, 2.0)  # MuJoCo's solimp
+_ARMATURE = 1e-6  # [kg m^2]
 _COLOURS = ((0.90, 0.25, 0.16), (0.95, 0.60, 0.10), (0.97, 0.83, 0.20), (0.75, 0.30, 0.10))
 
 # The inside of the pan in the frame of the body "dustpan" [m].
@@ -34,6 +37,7 @@ def add_debris(spec: mujoco.MjSpec, count: int, seed: int) -> None:
             name=f"debris_{number}",
             type=mujoco.mjtJoint.mjJNT_FREE,
             damping=np.full(3, _ROLLING_DAMPING),
+            armature=_ARMATURE,
         )
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -43,6 +47,8 @@ def add_debris(spec: mujoco.MjSpec, count: int, seed: int) -> None:
             contype=8,
             conaffinity=15,
             friction=[0.5, 0.005, 0.0001],
+            solimp=_SOFTNESS,
+            priority=1,
         )
         for key in spec.keys:
             key.qpos = np.concatenate([key.qpos, position, [1.0, 0.0, 0.0, 0.0]])
