@@ -12,7 +12,7 @@ import numpy as np
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array, symmetric
 
-_SMALL = 24  # below this size LAPACK's general inverse is as fast as splitting further
+_SMALL = 6  # below this size LAPACK's general inverse is as fast as splitting further
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
 
@@ -22,18 +22,21 @@ def triangular_inverse(factor: Array) -> Array:
 
     [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], halving until the blocks are small.
     """
+    result = np.zeros_like(factor)
+    _invert_triangle(factor, result)
+    return result
+
+
+def _invert_triangle(factor: Array, result: Array) -> None:
     n = factor.shape[-1]
     if n <= _SMALL:
-        inverse: Array = np.linalg.inv(factor)
-        return inverse
+        result[...] = np.linalg.inv(factor)
+        return
     half = n // 2
-    result = np.zeros_like(factor)
-    upper = triangular_inverse(factor[..., :half, :half])
-    lower = triangular_inverse(factor[..., half:, half:])
-    result[..., :half, :half] = upper
-    result[..., half:, half:] = lower
-    result[..., half:, :half] = -lower @ (factor[..., half:, :half] @ upper)
-    return result
+    _invert_triangle(factor[..., :half, :half], result[..., :half, :half])
+    _invert_triangle(factor[..., half:, half:], result[..., half:, half:])
+    corner = np.matmul(factor[..., half:, :half], result[..., :half, :half])
+    np.matmul(result[..., half:, half:], -corner, out=result[..., half:, :half])
 
 
 def regularised_inverse(covariance: Array, diagonals: Array) -> tuple[Array, Array]:
@@ -64,7 +67,7 @@ def regularised_inverse(covariance: Array, diagonals: Array) -> tuple[Array, Arr
         ) from None
     log_determinant = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
     inverse_factor = triangular_inverse(factor)
-    inverse = np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor)
+    inverse = np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor, out=factor)
     inverse *= scales
     return inverse, log_determinant
 
@@ -84,14 +87,13 @@ def jittered_cholesky(matrix: Array, scale: float) -> tuple[Array, float]:
     """
     jitter = 0.0
     while jitter <= _LAST_JITTER:
+        lifted = matrix + (jitter * scale) * np.eye(len(matrix)) if jitter else matrix
         try:
-            factor: Array = np.linalg.cholesky(
-                matrix + (jitter * scale) * np.eye(len(matrix)) if jitter else matrix
-            )
-            if np.isfinite(factor[-1, -1]):
-                return factor, jitter
+            factor: Array = np.linalg.cholesky(lifted)
         except np.linalg.LinAlgError:
-            pass
+            factor = np.full_like(matrix, np.nan)
+        if np.isfinite(factor[-1, -1]):
+            return factor, jitter
         jitter = max(10.0 * jitter, _FIRST_JITTER)
     raise NumericalError(
         f"a kernel matrix of {len(matrix)} points is not positive definite, even with "

@@ -17,15 +17,11 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
+from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.gaussian import Array, Moments, Pullback, symmetric
-from irlpilco_ros.learning.output_moments import (
-    MeanMoments,
-    VarianceMoments,
-    mean_moments,
-    variance_moments,
-)
-from irlpilco_ros.learning.pair_moments import PairMoments, all_pairs
+from irlpilco_ros.learning.output_moments import OutputMoments, output_moments
+from irlpilco_ros.learning.pair_moments import all_pairs
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
@@ -36,10 +32,9 @@ _SMALLEST_REMAINDER = 1e-12  # of the signal variance; what rounding can leave b
 
 @dataclass(frozen=True)
 class _Outputs:
-    """All blocks of outputs at one input, and what they say together."""
+    """All groups of outputs at one input, and what they say together."""
 
-    means: list[MeanMoments]
-    variances: list[VarianceMoments]
+    groups: list[OutputMoments]
     mean: Array
     jacobian: Array
     variance: Array
@@ -72,10 +67,13 @@ def match_moments(
     _check_input(prior_mean, mean, covariance, method)
     covariance = symmetric(covariance)
     with one_blas_thread():
-        outputs = _all_outputs(posterior, mean, covariance, gradient, threads)
+        displacements = Displacements.of(posterior.points, mean)
+        outputs = _all_outputs(posterior, displacements, covariance, gradient, threads)
         pairs = None
         if method == "exact":
-            pairs = all_pairs(posterior, mean, covariance, outputs.means, gradient, threads)
+            pairs = all_pairs(
+                posterior, displacements, covariance, outputs.groups, gradient, threads
+            )
     spread = outputs.jacobian @ covariance
     explained = spread @ outputs.jacobian.T
     floor = _SMALLEST_REMAINDER * posterior.signal_variance
@@ -121,39 +119,37 @@ def match_moments(
 
 
 def _all_outputs(
-    posterior: Posterior, mean: Array, covariance: Array, gradient: bool, threads: int
+    posterior: Posterior,
+    displacements: Displacements,
+    covariance: Array,
+    gradient: bool,
+    threads: int,
 ) -> _Outputs:
-    def one_block(block: Posterior) -> tuple[MeanMoments, VarianceMoments]:
-        first = mean_moments(block, mean, covariance)
-        return first, variance_moments(block, mean, covariance, first, gradient)
-
-    results = run_parallel(one_block, posterior.blocks, threads)
-    means = [first for first, _ in results]
-    variances = [second for _, second in results]
+    groups = run_parallel(
+        lambda group: output_moments(posterior, group, displacements, covariance, gradient),
+        posterior.groups,
+        threads,
+    )
     return _Outputs(
-        means,
-        variances,
-        np.concatenate([block.mean for block in means]),
-        np.concatenate([block.jacobian for block in means]),
-        np.concatenate([block.variance for block in variances]),
+        groups,
+        np.concatenate([group.mean for group in groups]),
+        np.concatenate([group.jacobian for group in groups]),
+        np.concatenate([group.variance for group in groups]),
     )
 
 
 def _pull_outputs(
     outputs: _Outputs, mean_bar: Array, jacobian_bar: Array, variance_bar: Array, threads: int
 ) -> tuple[Array, Array]:
-    """Sum the pullbacks of all blocks, in their order."""
-    ends = np.cumsum([len(block.mean) for block in outputs.means])
+    """Sum the pullbacks of all groups, in their order."""
+    ends = np.cumsum([len(group.mean) for group in outputs.groups])
 
-    def one_block(index: int) -> tuple[Array, Array]:
-        first, second = outputs.means[index], outputs.variances[index]
-        part = slice(ends[index] - len(first.mean), ends[index])
-        m_bar, s_bar = first.pullback(mean_bar[part], jacobian_bar[part])
-        m_bar += variance_bar[part] @ second.by_mean
-        s_bar += np.tensordot(variance_bar[part], second.by_covariance, axes=1)
-        return m_bar, s_bar
+    def one_group(index: int) -> tuple[Array, Array]:
+        group = outputs.groups[index]
+        part = slice(ends[index] - len(group.mean), ends[index])
+        return group.pullback(mean_bar[part], jacobian_bar[part], variance_bar[part])
 
-    results = run_parallel(one_block, range(len(ends)), threads)
+    results = run_parallel(one_group, range(len(ends)), threads)
     m_total, s_total = results[0]
     for m_bar, s_bar in results[1:]:
         m_total, s_total = m_total + m_bar, s_total + s_bar

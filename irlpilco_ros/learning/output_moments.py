@@ -3,9 +3,9 @@
 The formulas are those of moment matching (2.34-2.45, Deisenroth & Rasmussen 2011), written with
 z_i = x_i - m, Lambda = diag(l^2), P1 = (Lambda + S)^-1 and P2 = (Lambda + 2S)^-1:
 
-    t_i = P1 z_i                 q_i = beta_i s^2 |I + S/Lambda|^-1/2 exp(-1/2 z_i't_i)
-    M = sum q                    V = E[df/dx] = sum q_i t_i
-    Hess = E[d2f/dx2] = sum q_i t_i t_i' - M P1
+    q_i = beta_i s^2 |I + S/Lambda|^-1/2 exp(-1/2 z_i'P1 z_i)
+    M = sum q                    V = E[df/dx] = P1 sum q_i z_i
+    Hess = E[d2f/dx2] = P1 (sum q_i z_i z_i') P1 - M P1
     dM/dm = V                    dM/dS = Hess / 2                    dV/dm = Hess
 
     G = (Lambda^-1 - P2) / 2     e_i = log s^2 - 1/4 log|I + 2S/Lambda|
@@ -15,7 +15,8 @@ z_i = x_i - m, Lambda = diag(l^2), P1 = (Lambda + S)^-1 and P2 = (Lambda + 2S)^-
     dv/dm = 2 P2 Z'r - 2 M V     dv/dS = P2 Z'(diag(r) + Q)Z P2 - (sum Q) P2 - M Hess
 
 So a variance with all its derivatives takes one n x n exponential and two n x n x P products,
-and nothing of size n x n is kept.
+and nothing of size n x n is kept. Q is symmetric: only the part of it on and to the right of its
+diagonal blocks is computed, strip by strip.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import regularised_inverse
 from irlpilco_ros.learning.posterior import Posterior
@@ -34,146 +36,202 @@ SMALLEST_EXPONENT = -500.0
 
 
 @dataclass(frozen=True)
-class MeanMoments:
-    """E[f] and its derivatives, for b outputs.
+class OutputMoments:
+    """Means and variances of b outputs, and their derivatives.
 
     Attributes:
+        displacements: Of the supporting points from the input's mean.
         mean: M, of shape (b,).
+        variance: v, of shape (b,).
         jacobian: V, of shape (b, P).
         hessian: Hess, of shape (b, P, P).
         precision: P1, of shape (b, P, P).
-        slopes: t, of shape (b, n, P).
         shares: q, of shape (b, n).
+        variance_by_mean: dv/dm, of shape (b, P); empty without gradient.
+        variance_by_covariance: dv/dS, of shape (b, P, P); empty without gradient.
     """
 
+    displacements: Displacements
     mean: Array
+    variance: Array
     jacobian: Array
     hessian: Array
     precision: Array
-    slopes: Array
     shares: Array
+    variance_by_mean: Array
+    variance_by_covariance: Array
 
-    def pullback(self, mean_bar: Array, jacobian_bar: Array) -> tuple[Array, Array]:
-        """Pull derivatives by M (b,) and V (b, P) back to m (P,) and S (P, P).
+    def pullback(
+        self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
+    ) -> tuple[Array, Array]:
+        """Pull derivatives by M (b,), V (b, P), v (b,) back to m (P,) and S (P, P).
 
         V_bar gives m_bar = Hess V_bar and, with the third expected derivative of f,
-        S_bar = 1/2 sum q_i (t_i'V_bar) t_i t_i' - 1/2 (V_bar'V) P1 - P1 V_bar V'.
+        S_bar = 1/2 sum q_i (t_i'V_bar) t_i t_i' - 1/2 (V_bar'V) P1 - P1 V_bar V', t_i = P1 z_i.
         """
-        along = (self.slopes @ jacobian_bar[:, :, None])[:, :, 0]
+        sides = np.matmul(self.precision, jacobian_bar[:, :, None])
+        along = self.displacements.linear_forms(sides[:, :, 0])
         along += mean_bar[:, None]
         along *= 0.5 * self.shares
-        weighted = self.slopes * along[:, :, None]
-        matrices = np.swapaxes(self.slopes, 1, 2) @ weighted
+        s_bar = self.precision @ self.displacements.second_moments(along) @ self.precision
         dots = np.sum(jacobian_bar * self.jacobian, axis=1) + mean_bar * self.mean
-        matrices -= 0.5 * dots[:, None, None] * self.precision
-        sides = (self.precision @ jacobian_bar[:, :, None])[:, :, 0]
-        covariance_bar = matrices.sum(axis=0) - sides.T @ self.jacobian
-        tilts = (self.hessian @ jacobian_bar[:, :, None])[:, :, 0]
-        return mean_bar @ self.jacobian + tilts.sum(axis=0), covariance_bar
+        s_bar -= (0.5 * dots)[:, None, None] * self.precision
+        s_bar -= sides * self.jacobian[:, None, :]
+        s_bar += variance_bar[:, None, None] * self.variance_by_covariance
+        m_bar = np.matmul(self.hessian, jacobian_bar[:, :, None])[:, :, 0]
+        m_bar += mean_bar[:, None] * self.jacobian
+        m_bar += variance_bar[:, None] * self.variance_by_mean
+        return m_bar.sum(axis=0), s_bar.sum(axis=0)
 
 
-@dataclass(frozen=True)
-class VarianceMoments:
-    """var[f] and its derivatives, for b outputs.
-
-    Attributes:
-        variance: v, of shape (b,).
-        by_mean: dv/dm, of shape (b, P).
-        by_covariance: dv/dS, of shape (b, P, P), symmetric.
-    """
-
-    variance: Array
-    by_mean: Array
-    by_covariance: Array
-
-
-def mean_moments(block: Posterior, mean: Array, covariance: Array) -> MeanMoments:
-    """Return E[f] and its derivatives for the outputs of a block.
+def output_moments(
+    posterior: Posterior,
+    group: slice,
+    displacements: Displacements,
+    covariance: Array,
+    gradient: bool,
+) -> OutputMoments:
+    """Return means and variances of a group of outputs for an input N(m, covariance).
 
     Args:
-        block: Posterior of b outputs.
-        mean: Mean of the input, of shape (P,).
-        covariance: Covariance of the input, of shape (P, P).
+        posterior: Of all outputs.
+        group: Which outputs.
+        displacements: Of the supporting points from m.
+        covariance: S, of shape (P, P).
+        gradient: False leaves the variances' derivatives empty.
+
+    Raises:
+        NumericalError: if the covariance is indefinite.
     """
-    z = block.points - mean
-    precision, log_determinant = regularised_inverse(covariance, block.lengthscales_squared)
-    slopes = z @ precision
-    exponents = -0.5 * np.sum(slopes * z, axis=2)
-    exponents += (np.log(block.signal_variance) - 0.5 * log_determinant)[:, None]
-    shares = block.weights * np.exp(np.maximum(exponents, SMALLEST_EXPONENT))
-    value = shares.sum(axis=1)
-    weighted = slopes * shares[:, :, None]
-    hessian = np.swapaxes(slopes, 1, 2) @ weighted
-    hessian -= value[:, None, None] * precision
-    return MeanMoments(value, weighted.sum(axis=1), hessian, precision, slopes, shares)
+    displacements = displacements.select(group)
+    squares = posterior.lengthscales_squared[group]
+    count = len(squares)
+    precisions, log_determinants = regularised_inverse(
+        covariance, np.concatenate([squares, 0.5 * squares])
+    )
+    precisions[count:] *= 0.5
+    log_signal = np.log(posterior.signal_variance[group])
+    forms = displacements.quadratic_forms(precisions[:count])
+    forms *= -0.5
+    forms += (log_signal - 0.5 * log_determinants[:count])[:, None]
+    np.maximum(forms, SMALLEST_EXPONENT, out=forms)
+    shares = posterior.weights[group] * np.exp(forms)
 
+    mean = shares.sum(axis=1)
+    precision = precisions[:count]
+    jacobian = (precision @ displacements.first_moments(shares)[:, :, None])[:, :, 0]
+    hessian = precision @ displacements.second_moments(shares) @ precision
+    hessian -= mean[:, None, None] * precision
 
-def variance_moments(
-    block: Posterior, mean: Array, covariance: Array, first: MeanMoments, gradient: bool
-) -> VarianceMoments:
-    """Return var[f] and its derivatives for the outputs of a block.
-
-    Args:
-        block: Posterior of b outputs.
-        mean: Mean of the input, of shape (P,).
-        covariance: Covariance of the input, of shape (P, P).
-        first: What `mean_moments` returned for the same block and input.
-        gradient: False leaves the derivatives empty.
-    """
-    z = block.points - mean
-    precision, log_determinant = regularised_inverse(2.0 * covariance, block.lengthscales_squared)
-    left, right = _exponent_factors(block, z, precision, log_determinant)
-    b, n = block.weights.shape
-    pairs = np.matmul(left, np.swapaxes(right, 1, 2), out=scratch("pairs", (b, n, n)))
-    if _may_be_denormal(block, z):
-        np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
-    np.exp(pairs, out=pairs)
-    pairs *= block.pair_weights
-    size = z.shape[2]
-    if not gradient:
-        total = pairs.sum(axis=(1, 2))
-        variance = total + block.signal_variance - first.mean**2
-        return VarianceMoments(variance, np.empty((b, 0)), np.empty((b, 0, 0)))
-    products = pairs @ right[:, :, : size + 1]
-    rows = products[:, :, size]
-    total = rows.sum(axis=1)
-    moment = products[:, :, :size] + rows[:, :, None] * z
-    second = np.swapaxes(z, 1, 2) @ moment
-    by_covariance = precision @ second @ precision
-    by_covariance -= total[:, None, None] * precision
-    by_covariance -= first.mean[:, None, None] * first.hessian
-    by_mean = (precision @ (np.swapaxes(z, 1, 2) @ rows[:, :, None]))[:, :, 0]
-    by_mean -= first.mean[:, None] * first.jacobian
-    return VarianceMoments(
-        total + block.signal_variance - first.mean**2, 2.0 * by_mean, by_covariance
+    sums = _pair_sums(
+        posterior,
+        group,
+        displacements,
+        precisions[count:],
+        log_signal - 0.25 * log_determinants[count:],
+        gradient,
+    )
+    variance = sums.total + posterior.signal_variance[group] - mean**2
+    by_mean, by_covariance = np.empty((count, 0)), np.empty((count, 0, 0))
+    if gradient:
+        turn = precisions[count:]
+        by_mean = 2.0 * (turn @ displacements.first_moments(sums.rows)[:, :, None])[:, :, 0]
+        by_mean -= (2.0 * mean)[:, None] * jacobian
+        moment = sums.moment + displacements.second_moments(sums.rows)
+        by_covariance = turn @ moment @ turn
+        by_covariance -= sums.total[:, None, None] * turn
+        by_covariance -= mean[:, None, None] * hessian
+    return OutputMoments(
+        displacements,
+        mean,
+        variance,
+        jacobian,
+        hessian,
+        precision,
+        shares,
+        by_mean,
+        by_covariance,
     )
 
 
+@dataclass(frozen=True)
+class _PairSums:
+    """Sums over Q, which itself is not kept.
+
+    Attributes:
+        total: sum Q, of shape (b,).
+        rows: r = Q1, of shape (b, n); empty without gradient.
+        moment: Z'QZ, of shape (b, P, P), of which the symmetric part counts; empty likewise.
+    """
+
+    total: Array
+    rows: Array
+    moment: Array
+
+
+def _pair_sums(
+    posterior: Posterior,
+    group: slice,
+    displacements: Displacements,
+    precision: Array,
+    offsets: Array,
+    gradient: bool,
+) -> _PairSums:
+    """Return the sums over Q, given P2 and log s^2 - 1/4 log|I + 2S/Lambda|."""
+    count, size = precision.shape[:2]
+    n = displacements.z.shape[2]
+    left, right, clip = _exponent_factors(posterior, group, displacements, precision, offsets)
+    pair_weights = posterior.pair_weights[group]
+    rows = np.zeros((count, n))
+    products = scratch("products", (count, size + 1, n))
+    products[...] = 0.0
+    for start, stop in posterior.strips:
+        # exp(e_i + e_j + z_i'G z_j) for the strip's rows i and all columns j from its start on
+        pairs = scratch("pairs", (count, stop - start, n - start))
+        np.matmul(np.swapaxes(left[:, :, start:stop], 1, 2), right[:, :, start:], out=pairs)
+        if clip:
+            np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
+        np.exp(pairs, out=pairs)
+        pairs *= pair_weights[:, start:stop, start:]
+        rows[:, start:stop] = pairs.sum(axis=2)
+        if gradient:
+            products[:, :, start:] += displacements.z[:, :, start:stop] @ pairs
+    total = rows.sum(axis=1)
+    if not gradient:
+        return _PairSums(total, np.empty((count, 0)), np.empty((count, 0, 0)))
+    # Half of what is to the right of a strip's diagonal block belongs to its mirror image.
+    rows += products[:, size]
+    rows *= 0.5
+    moment = products[:, :size] @ np.swapaxes(displacements.z[:, :size], 1, 2)
+    return _PairSums(total, rows, 0.5 * (moment + np.swapaxes(moment, 1, 2)))
+
+
 def _exponent_factors(
-    block: Posterior, z: Array, precision: Array, log_determinant: Array
-) -> tuple[Array, Array]:
-    """Return [ZG, e, 1] and [Z, 1, e]: their product is e_i + e_j + z_i'G z_j."""
-    b, n = block.weights.shape
-    size = z.shape[2]
-    inverse_squares = 1.0 / block.lengthscales_squared
+    posterior: Posterior,
+    group: slice,
+    displacements: Displacements,
+    precision: Array,
+    offsets: Array,
+) -> tuple[Array, Array, bool]:
+    """Return [GZ'; e; 1] and [Z'; 1; e], whose product is e_i + e_j + z_i'G z_j.
+
+    The third value says whether an exponent may lie below the smallest; G >= 0 bounds them.
+    """
+    count, size = precision.shape[:2]
+    z = displacements.z
+    inverse_squares = 1.0 / posterior.lengthscales_squared[group]
+    distances = displacements.scaled_distances(inverse_squares)
+    exponents = distances + displacements.quadratic_forms(precision)
+    exponents *= -0.25
+    exponents += offsets[:, None]
     g = -0.5 * precision
     g[:, range(size), range(size)] += 0.5 * inverse_squares
-    left = scratch("left", (b, n, size + 2))
-    right = scratch("right", (b, n, size + 2))
-    np.matmul(z, g, out=left[:, :, :size])
-    exponents = 0.5 * np.sum(left[:, :, :size] * z, axis=2)
-    exponents -= 0.5 * ((z * z) @ inverse_squares[:, :, None])[:, :, 0]
-    exponents += (np.log(block.signal_variance) - 0.25 * log_determinant)[:, None]
-    left[:, :, size] = exponents
-    left[:, :, size + 1] = 1.0
-    right[:, :, :size] = z
-    right[:, :, size] = 1.0
-    right[:, :, size + 1] = exponents
-    return left, right
-
-
-def _may_be_denormal(block: Posterior, z: Array) -> bool:
-    """Whether an exponent could lie below the limit; G >= 0 bounds it from below."""
-    distances = (z * z) @ (1.0 / block.lengthscales_squared)[:, :, None]
-    lowest = 2.0 * np.log(block.signal_variance).min() - distances.max()
-    return bool(lowest < SMALLEST_EXPONENT + 100.0)
+    shape = (count, size + 2, z.shape[2])
+    left, right = scratch("left", shape), scratch("right", shape)
+    np.matmul(g, z[:, :size], out=left[:, :size])
+    left[:, size] = exponents
+    left[:, size + 1] = 1.0
+    right[:, : size + 1] = z
+    right[:, size + 1] = exponents
+    clip = bool(2.0 * offsets.min() - distances.max() < SMALLEST_EXPONENT)
+    return left, right, clip

@@ -14,14 +14,19 @@ With D = Lambda^-1 of each output, L = D_a + D_b, K = (S + L^-1)^-1 and T = L^-1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from irlpilco_ros.learning.gaussian import Array, symmetric
+from irlpilco_ros.learning.displacements import Displacements
+from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import regularised_inverse
-from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, MeanMoments
+from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, OutputMoments
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
+
+_BLOCK_ELEMENTS = 500_000  # n x n values worked on together: 4 MB
 
 
 @dataclass(frozen=True)
@@ -32,13 +37,13 @@ class PairMoments:
         covariance: Of shape (E, E), symmetric, with a zero diagonal.
         first: Index a of each pair, of shape (p,).
         second: Index b of each pair, of shape (p,).
-        by_mean: dcov/dm of each pair, of shape (p, P).
-        by_covariance: dcov/dS of each pair, of shape (p, P, P), symmetric.
+        by_mean: dcov/dm of each pair, of shape (p, P); empty without gradient.
+        by_covariance: dcov/dS of each pair, of shape (p, P, P); empty without gradient.
     """
 
     covariance: Array
-    first: Array
-    second: Array
+    first: NDArray[np.intp]
+    second: NDArray[np.intp]
     by_mean: Array
     by_covariance: Array
 
@@ -49,22 +54,34 @@ class PairMoments:
 
 
 @dataclass(frozen=True)
-class _Shared:
-    """What all pairs have in common."""
+class _Outputs:
+    """What is known of the single outputs."""
 
     posterior: Posterior
-    z: Array
+    displacements: Displacements
     covariance: Array
     mean: Array
     jacobian: Array
     hessian: Array
 
 
+@dataclass(frozen=True)
+class _Block:
+    """What a block of b pairs has in common while it is worked on."""
+
+    a: NDArray[np.intp]
+    b: NDArray[np.intp]
+    d_a: Array
+    d_b: Array
+    z_a: Displacements
+    z_b: Displacements
+
+
 def all_pairs(
     posterior: Posterior,
-    mean: Array,
+    displacements: Displacements,
     covariance: Array,
-    means: list[MeanMoments],
+    outputs: list[OutputMoments],
     gradient: bool,
     threads: int,
 ) -> PairMoments:
@@ -72,76 +89,123 @@ def all_pairs(
 
     Args:
         posterior: Of E outputs.
-        mean: Mean of the input, of shape (P,).
+        displacements: Of the supporting points from the input's mean.
         covariance: Covariance of the input, of shape (P, P).
-        means: The blocks' `mean_moments` at the same input.
+        outputs: The groups' `output_moments` at the same input.
         gradient: False leaves the derivatives empty.
         threads: How many threads may work.
     """
-    size = len(mean)
     first, second = np.triu_indices(posterior.outputs, k=1)
-    shared = _Shared(
+    single = _Outputs(
         posterior,
-        posterior.points - mean,
+        displacements,
         covariance,
-        np.concatenate([block.mean for block in means]),
-        np.concatenate([block.jacobian for block in means]),
-        np.concatenate([block.hessian for block in means]),
+        np.concatenate([group.mean for group in outputs]),
+        np.concatenate([group.jacobian for group in outputs]),
+        np.concatenate([group.hessian for group in outputs]),
     )
+    size = len(covariance) if gradient else 0
     values = np.zeros(len(first))
-    by_mean = np.empty((len(first), size if gradient else 0))
-    by_covariance = np.empty((len(first), *by_mean.shape[1:], *by_mean.shape[1:]))
+    by_mean = np.empty((len(first), size))
+    by_covariance = np.empty((len(first), size, size))
 
-    def one_pair(index: int) -> None:
-        pair = _one_pair(shared, int(first[index]), int(second[index]), gradient)
-        values[index] = pair[0]
-        if gradient:
-            by_mean[index], by_covariance[index] = pair[1], pair[2]
+    def one_block(part: slice) -> None:
+        block = _block(single, first[part], second[part])
+        values[part] = _covariances(single, block, by_mean[part], by_covariance[part], gradient)
 
-    run_parallel(one_pair, range(len(first)), threads)
+    height = max(1, _BLOCK_ELEMENTS // posterior.weights.shape[1] ** 2)
+    parts = [slice(start, start + height) for start in range(0, len(first), height)]
+    run_parallel(one_block, parts, threads)
     result = np.zeros((posterior.outputs, posterior.outputs))
     result[first, second] = values
     result[second, first] = values
     return PairMoments(result, first, second, by_mean, by_covariance)
 
 
-def _one_pair(shared: _Shared, a: int, b: int, gradient: bool) -> tuple[float, Array, Array]:
-    posterior = shared.posterior
-    z_a, z_b = shared.z[a % len(shared.z)], shared.z[b % len(shared.z)]
-    d_a = 1.0 / posterior.lengthscales_squared[a]
-    d_b = 1.0 / posterior.lengthscales_squared[b]
-    inverse = 1.0 / (d_a + d_b)
-    stack, log_determinants = regularised_inverse(shared.covariance, inverse[None])
-    k = stack[0]
-    t = np.diag(inverse) - inverse[:, None] * k * inverse
-    n, size = z_a.shape
-    left, right = scratch("left", (n, size + 2)), scratch("right", (n, size + 2))
-    right[:, :size] = z_b * d_b
-    at = (z_a * d_a) @ t
-    left[:, :size] = at
-    e_a = 0.5 * np.sum(at * (z_a * d_a), axis=1) - 0.5 * (z_a * z_a) @ d_a
-    e_b = 0.5 * np.sum((right[:, :size] @ t) * right[:, :size], axis=1) - 0.5 * (z_b * z_b) @ d_b
-    e_a += np.log(posterior.signal_variance[a]) - 0.25 * log_determinants[0]
-    e_b += np.log(posterior.signal_variance[b]) - 0.25 * log_determinants[0]
-    left[:, size], left[:, size + 1] = e_a, 1.0
-    right[:, size], right[:, size + 1] = 1.0, e_b
-    pairs = np.matmul(left, right.T, out=scratch("pairs", (n, n)))
-    np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
-    np.exp(pairs, out=pairs)
-    weights_a, weights_b = posterior.weights[a], posterior.weights[b]
-    columns = weights_b * (weights_a @ pairs)
-    total = float(columns.sum())
-    value = total - shared.mean[a] * shared.mean[b]
-    if not gradient:
-        return value, np.empty(0), np.empty((0, 0))
-    products = (pairs @ (right[:, : size + 1] * weights_b[:, None])) * weights_a[:, None]
-    rows = products[:, size]
-    scaled_a, scaled_b = z_a * d_a, right[:, :size]
-    moment = scaled_a.T @ (rows[:, None] * scaled_a + 2.0 * products[:, :size])
-    moment += scaled_b.T @ (columns[:, None] * scaled_b)
-    turn = k * inverse
-    by_mean = turn @ (rows @ scaled_a + columns @ scaled_b)
-    by_mean -= shared.mean[a] * shared.jacobian[b] + shared.mean[b] * shared.jacobian[a]
-    by_covariance = turn @ symmetric(moment) @ turn.T - total * k
-    by_covariance -= shared.mean[a] * shared.hessian[b] + shared.mean[b] * shared.hessian[a]
-    return value, by_mean, 0.5 * by_covariance
+def _block(single: _Outputs, a: NDArray[np.intp], b: NDArray[np.intp]) -> _Block:
+    squares = single.posterior.lengthscales_squared
+    z = single.displacements
+    return _Block(a, b, 1.0 / squares[a], 1.0 / squares[b], z.select(a), z.select(b))
+
+
+def _covariances(
+    single: _Outputs, block: _Block, by_mean: Array, by_covariance: Array, gradient: bool
+) -> Array:
+    """Return the covariances of a block of pairs (b,), and fill in their derivatives."""
+    inverse = 1.0 / (block.d_a + block.d_b)
+    k, log_determinant = regularised_inverse(single.covariance, inverse)
+    pairs = _exponentials(single, block, inverse, k, log_determinant)
+    weights_a = single.posterior.weights[block.a]
+    weights_b = single.posterior.weights[block.b]
+    mean_a, mean_b = single.mean[block.a], single.mean[block.b]
+    rows = weights_a * (pairs @ weights_b[:, :, None])[:, :, 0]
+    total = rows.sum(axis=1)
+    if gradient:
+        weighted = block.z_a.z * weights_a[:, None, :]
+        products = np.matmul(weighted, pairs, out=scratch("products", (*weighted.shape,)))
+        products *= weights_b[:, None, :]
+        moment, first = _moments(block, rows, products)
+        turn = k * inverse[:, None, :]
+        by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
+        by_mean -= mean_a[:, None] * single.jacobian[block.b]
+        by_mean -= mean_b[:, None] * single.jacobian[block.a]
+        np.matmul(turn @ moment, np.swapaxes(turn, 1, 2), out=by_covariance)
+        by_covariance -= total[:, None, None] * k
+        by_covariance -= mean_a[:, None, None] * single.hessian[block.b]
+        by_covariance -= mean_b[:, None, None] * single.hessian[block.a]
+        by_covariance *= 0.5
+    covariances: Array = total - mean_a * mean_b
+    return covariances
+
+
+def _exponentials(
+    single: _Outputs, block: _Block, inverse: Array, k: Array, log_determinant: Array
+) -> Array:
+    """Return exp(e_ai + e_bj + z_i'D_a T D_b z_j), of shape (b, n, n), in scratch memory."""
+    t = -inverse[:, :, None] * k * inverse[:, None, :]
+    count, size = inverse.shape
+    t[:, range(size), range(size)] += inverse
+    factors = []
+    lowest = 0.0
+    for outputs, d, z in ((block.a, block.d_a, block.z_a), (block.b, block.d_b, block.z_b)):
+        distances = z.scaled_distances(d)
+        exponents = z.quadratic_forms(d[:, :, None] * t * d[:, None, :]) - distances
+        exponents *= 0.5
+        offsets = np.log(single.posterior.signal_variance[outputs]) - 0.25 * log_determinant
+        exponents += offsets[:, None]
+        factors.append(exponents)
+        lowest += offsets.min() - 0.5 * distances.max()
+    n = factors[0].shape[1]
+    left, right = scratch("left", (count, size + 2, n)), scratch("right", (count, size + 2, n))
+    np.matmul(
+        block.d_b[:, :, None] * t * block.d_a[:, None, :], block.z_a.z[:, :size], out=left[:, :size]
+    )
+    left[:, size], left[:, size + 1] = factors[0], 1.0
+    right[:, : size + 1], right[:, size + 1] = block.z_b.z, factors[1]
+    pairs = scratch("pairs", (count, n, n))
+    np.matmul(np.swapaxes(left, 1, 2), right, out=pairs)
+    if lowest < SMALLEST_EXPONENT:
+        np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
+    return np.exp(pairs, out=pairs)
+
+
+def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]:
+    """Return sum_ij Q_ij z_ij z_ij' (b, P, P) and D_a Z'r + D_b Z'c (b, P).
+
+    Args:
+        block: The pairs.
+        rows: r, of shape (b, n).
+        products: Z'Q with c in the last row, of shape (b, P + 1, n).
+    """
+    size = block.d_a.shape[1]
+    columns = np.ascontiguousarray(products[:, size])
+    d_a, d_b = block.d_a[:, :, None], block.d_b[:, :, None]
+    turned_a, turned_b = np.swapaxes(d_a, 1, 2), np.swapaxes(d_b, 1, 2)
+    moment = products[:, :size] @ np.swapaxes(block.z_b.z[:, :size], 1, 2)
+    moment *= d_a * turned_b
+    moment = moment + np.swapaxes(moment, 1, 2)
+    moment += d_a * block.z_a.second_moments(rows) * turned_a
+    moment += d_b * block.z_b.second_moments(columns) * turned_b
+    first = block.d_a * block.z_a.first_moments(rows)
+    first += block.d_b * block.z_b.first_moments(columns)
+    return moment, first

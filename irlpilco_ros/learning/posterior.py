@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +13,9 @@ from irlpilco_ros.learning.kernel import Hyperparameters, squared_exponential
 from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_inverse
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
-_BLOCK_ELEMENTS = 65536  # n x n values worked on together: half a MiB, so that they stay in cache
+_GROUPS = 4  # of outputs, which threads share out; more would make each numpy call too short
+_WORTH_SHARING = 100_000  # pairs of points; handing less to another thread costs more than it does
+_STRIP = 60  # rows of a symmetric n x n matrix that are worked on together
 
 
 @dataclass(frozen=True)
@@ -22,11 +25,13 @@ class Posterior:
     Mean k(x, X) weights, variance k(x, x) - k(x, X) inverse k(X, x).
 
     Attributes:
-        points: Supporting points X, of shape (1, n, P) if shared by all outputs, else (E, n, P).
+        points: Supporting points in columns, of shape (1, P, n) if all outputs share them, else
+            (E, P, n).
         lengthscales_squared: Squared length-scales, of shape (E, P).
         signal_variance: Variances of the latent functions, of shape (E,).
         weights: beta, of shape (E, n).
-        pair_weights: beta beta' - inverse, of shape (E, n, n).
+        pair_weights: beta beta' - inverse, of shape (E, n, n), with everything to the right of
+            a strip of rows (see `strips`) doubled and everything to its left unused.
         notes: What had to be done to the matrices, in words; empty if nothing.
     """
 
@@ -43,25 +48,29 @@ class Posterior:
         return len(self.weights)
 
     @cached_property
-    def blocks(self) -> tuple[Posterior, ...]:
-        """The outputs in groups that are worked on together.
+    def strips(self) -> tuple[tuple[int, int], ...]:
+        """First and last row (exclusive) of the strips that a symmetric n x n matrix is cut into.
+
+        Sums over all pairs of points need the rows of each strip from its own first column on.
+        """
+        return strips(self.weights.shape[1])
+
+    @cached_property
+    def groups(self) -> tuple[slice, ...]:
+        """The outputs in groups that are worked on together, for threads to share out.
 
         The grouping depends on sizes alone, never on threads, so that results do not either.
         """
-        group = max(1, _BLOCK_ELEMENTS // self.weights.shape[1] ** 2)
-        count = -(-self.outputs // group)
-        return tuple(self._select(part) for part in np.array_split(range(self.outputs), count))
+        n = self.weights.shape[1]
+        count = min(_GROUPS, self.outputs) if self.outputs * n * n > _WORTH_SHARING else 1
+        edges = np.linspace(0, self.outputs, count + 1).astype(int)
+        return tuple(slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True))
 
-    def _select(self, part: Array) -> Posterior:
-        chosen = slice(int(part[0]), int(part[-1]) + 1)
-        return replace(
-            self,
-            points=self.points if len(self.points) == 1 else self.points[chosen],
-            lengthscales_squared=self.lengthscales_squared[chosen],
-            signal_variance=self.signal_variance[chosen],
-            weights=self.weights[chosen],
-            pair_weights=self.pair_weights[chosen],
-        )
+
+def strips(n: int) -> tuple[tuple[int, int], ...]:
+    """Cut n rows into strips of about equal height."""
+    edges = np.linspace(0, n, max(1, round(n / _STRIP)) + 1).astype(int)
+    return tuple((int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True))
 
 
 def condition(
@@ -92,13 +101,13 @@ def condition(
         inverse_factor = triangular_inverse(factor)
         weights[a] = inverse_factor.T @ (inverse_factor @ targets[:, a])
         np.matmul(inverse_factor.T, inverse_factor, out=pair_weights[a])
-        np.subtract(np.outer(weights[a], weights[a]), pair_weights[a], out=pair_weights[a])
+        fold_pair_weights(weights[a], pair_weights[a])
         return jitter
 
     with one_blas_thread():
         jitters = run_parallel(one_output, range(outputs), threads)
     return Posterior(
-        points=inputs[None],
+        points=np.ascontiguousarray(inputs.T)[None],
         lengthscales_squared=hyperparameters.lengthscales_squared,
         signal_variance=hyperparameters.signal_variance,
         weights=weights,
@@ -107,7 +116,14 @@ def condition(
     )
 
 
-def jitter_notes(jitters: list[float]) -> tuple[str, ...]:
+def fold_pair_weights(weights: Array, inverse: Array) -> None:
+    """Turn an inverse (n, n), in place, into what `Posterior.pair_weights` holds."""
+    np.subtract(np.outer(weights, weights), inverse, out=inverse)
+    for start, stop in strips(len(weights)):
+        inverse[start:stop, stop:] *= 2.0
+
+
+def jitter_notes(jitters: Sequence[float]) -> tuple[str, ...]:
     """Say in words which outputs' kernel matrices needed jitter."""
     return tuple(
         f"output {a}: the kernel matrix needed a jitter of {jitter:g} of the signal variance"

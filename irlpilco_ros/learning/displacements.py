@@ -1,0 +1,101 @@
+"""Displacements of the supporting points from the input's mean, and sums over them.
+
+Quadratic forms z_i'M z_i and second moments sum_i w_i z_i z_i' for many M and w at once are one
+matrix product each with the products z_ik z_il (k <= l), which do not depend on the output: half
+the arithmetic of going through M z_i, at a matrix product's full speed, without temporaries of
+shape (outputs, n, P).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from irlpilco_ros.learning.gaussian import Array
+
+
+@dataclass(frozen=True)
+class Displacements:
+    """z_i = x_i - m of n supporting points, shared by all outputs (G = 1) or not (G = E).
+
+    Attributes:
+        z: Displacements in columns, with a last row of ones, of shape (G, P + 1, n).
+        products: z_ik z_il for k <= l, of shape (G, P (P + 1) / 2, n).
+    """
+
+    z: Array
+    products: Array
+
+    @staticmethod
+    def of(points: Array, mean: Array) -> Displacements:
+        """Return the displacements of points (G, P, n) from a mean (P,)."""
+        groups, size, n = points.shape
+        z = np.empty((groups, size + 1, n))
+        np.subtract(points, mean[:, None], out=z[:, :size])
+        z[:, size] = 1.0
+        products = np.empty((groups, size * (size + 1) // 2, n))
+        start = 0
+        for k in range(size):
+            stop = start + size - k
+            np.multiply(z[:, k : k + 1], z[:, k:size], out=products[:, start:stop])
+            start = stop
+        return Displacements(z, products)
+
+    @property
+    def size(self) -> int:
+        """Input dimensions P."""
+        return self.z.shape[1] - 1
+
+    def select(self, outputs: slice | NDArray[np.intp]) -> Displacements:
+        """Return those of some outputs (the very same if all outputs share the points)."""
+        if len(self.z) == 1:
+            return self
+        return Displacements(self.z[outputs], self.products[outputs])
+
+    def linear_forms(self, vectors: Array) -> Array:
+        """Return v'z_i, of shape (b, n), for vectors of shape (b, P)."""
+        return _product(vectors, self.z[:, : self.size])
+
+    def first_moments(self, weights: Array) -> Array:
+        """Return sum_i w_i z_i, of shape (b, P), for weights of shape (b, n)."""
+        return _product(weights, np.swapaxes(self.z[:, : self.size], 1, 2))
+
+    def scaled_distances(self, inverse_squares: Array) -> Array:
+        """Return sum_k z_ik^2 / l_k^2, of shape (b, n), for 1 / l^2 of shape (b, P)."""
+        z = self.z[:, : self.size]
+        return _product(inverse_squares, z * z)
+
+    def quadratic_forms(self, matrices: Array) -> Array:
+        """Return z_i'M z_i, of shape (b, n), for symmetric matrices of shape (b, P, P)."""
+        packing, _, doubling = _triangle(self.size)
+        packed = matrices.reshape(len(matrices), -1).take(packing, axis=1)
+        packed *= doubling
+        return _product(packed, self.products)
+
+    def second_moments(self, weights: Array) -> Array:
+        """Return sum_i w_i z_i z_i', of shape (b, P, P), for weights of shape (b, n)."""
+        _, unpacking, _ = _triangle(self.size)
+        packed = _product(weights, np.swapaxes(self.products, 1, 2))
+        return packed.take(unpacking, axis=1)
+
+
+def _product(rows: Array, columns: Array) -> Array:
+    """Return each row (b, k) times its own (b, k, n), or times the one that all share."""
+    if len(columns) == 1:
+        result: Array = rows @ columns[0]
+        return result
+    result = (rows[:, None, :] @ columns)[:, 0]
+    return result
+
+
+@lru_cache(maxsize=16)
+def _triangle(size: int) -> tuple[NDArray[Any], NDArray[Any], Array]:
+    """Return how to pack a symmetric matrix, how to unpack it, and the weights of a packed one."""
+    rows, columns = np.triu_indices(size)
+    unpacking = np.empty((size, size), dtype=np.intp)
+    unpacking[rows, columns] = unpacking[columns, rows] = np.arange(len(rows))
+    return rows * size + columns, unpacking, np.where(rows == columns, 1.0, 2.0)
