@@ -19,6 +19,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.nodes.clients import Clients
 from irlpilco_ros.nodes.health import OK, WARN, Health
 from irlpilco_ros.nodes.joint_state_tracker import JointReading, JointStateTracker
 from irlpilco_ros.nodes.messages import sample, time_message
@@ -31,6 +32,7 @@ GUIDE_TOPIC = "baxter_simulator/guide"
 _SETTLE = 0.25  # [s] that the hands stay at the end of a motion
 _AT_START = 0.02  # [rad]
 _FOLLOWED = 0.05  # [rad]
+_DISCOVERY, _POLL = 3.0, 0.05  # [s] of wall time
 _SILENCE = 5.0  # [s] of wall time without a new joint state that end a motion
 
 
@@ -88,6 +90,7 @@ class DemonstratorNode(Node):
         self.create_service(Trigger, "~/play", self._on_play, callback_group=group)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(0.5, self._watch, clock=steady)
+        self._calls = Clients(self)
         self._health = Health(self, "idle")
 
     async def _on_move(
@@ -103,6 +106,7 @@ class DemonstratorNode(Node):
     async def _perform(self, what: str, response: Trigger.Response) -> Trigger.Response:
         """Begin at the next joint state and answer when the motion is over."""
         response.success = False
+        await self._find_listener()
         if self._requested is not None:
             response.message = f"busy: {self._requested[0]} is under way"
             return response
@@ -122,6 +126,13 @@ class DemonstratorNode(Node):
         response.success = not failure
         response.message = failure or f"{what} is done"
         return response
+
+    async def _find_listener(self) -> None:
+        """Give a simulator that has just been started the time to be discovered."""
+        for _ in range(round(_DISCOVERY / _POLL)):
+            if self._guide.get_subscription_count() > 0:
+                return
+            await self._calls.sleep(_POLL)
 
     def _on_state(self, message: JointState) -> None:
         state = sample(message)
