@@ -61,12 +61,11 @@ class Sampler:
         self._joints = tuple(joints)
         self._period = period
         self._latest: dict[str, Received] = {}
-        self._recent: dict[int, tuple[Received, ...]] = {}
+        self._recent: dict[int, tuple[Received, ...]] = {}  # empty once they are written
         self._waiting: dict[int, Received] = {}
         self._first: int | None = None
         self._newest: int | None = None
         self._due: int | None = None
-        self._sampled: int | None = None
         self._decided: int | None = None
         self._heard: int | None = None
 
@@ -117,8 +116,6 @@ class Sampler:
         if self._decided is not None and command.stamp <= self._decided:
             return []
         self._decided = command.stamp
-        if command.stamp == self._sampled:
-            return [Sample((), command)]
         if command.stamp in self._recent:
             return [self._pair(command)]
         self._waiting[command.stamp] = command
@@ -147,13 +144,16 @@ class Sampler:
             return []
         due = stamp if self._due is None else self._due
         self._due = due + self._period * (1 + max(0, stamp - due) // self._period)
-        self._sampled = stamp
-        return [Sample(self._recent[stamp])]
+        return [Sample(self._take_out(stamp))]
 
     def _pair(self, command: Received) -> Sample:
-        self._sampled = command.stamp
-        self._due = command.stamp + self._period
-        return Sample(self._recent[command.stamp], command)
+        self._due = max(self._due or 0, command.stamp + self._period)
+        return Sample(self._take_out(command.stamp), command)
+
+    def _take_out(self, stamp: int) -> tuple[Received, ...]:
+        """Return the messages that tell all joints at this stamp, once: then they are written."""
+        parts, self._recent[stamp] = self._recent[stamp], ()
+        return parts
 
     def _give_up(self) -> list[Sample]:
         """Return the commands that have waited too long: their states are lost."""

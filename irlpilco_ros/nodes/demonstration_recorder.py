@@ -75,7 +75,7 @@ class DemonstrationRecorder(Node):
         self._recording: LiveRecording | None = None
         self._last: Path | None = None
         self._health = Health(self, "ready")
-        self._clients = Clients(self)
+        self._calls = Clients(self)
         self._states = self.create_subscription(
             JointState, "joint_states", self._on_state, STATE_RECORDING, raw=True
         )
@@ -117,7 +117,7 @@ class DemonstrationRecorder(Node):
         for _attempt in range(round(FIRST_SAMPLE_TIMEOUT / _POLL)):
             if recording.samples or recording.failure or self._recording is not recording:
                 break
-            await self._clients.sleep(_POLL)
+            await self._calls.sleep(_POLL)
         if recording.samples and not recording.failure:
             response.success = True
             response.message = f"recording {len(settings.joints)} joints; bag: {recording.path}"
@@ -135,7 +135,7 @@ class DemonstrationRecorder(Node):
             return response
         waited = 0.0
         while waited < (_SHORTEST_WAIT if recording.settled else _LONGEST_WAIT):
-            await self._clients.sleep(_POLL)
+            await self._calls.sleep(_POLL)
             waited += _POLL
         if self._recording is not recording:
             response.message = "another call ended the recording"
