@@ -1,0 +1,370 @@
+"""The controller as a process: motions, and every reason to stop, caused over DDS."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from fake_robot import FakeRobot
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool
+
+from irlpilco_ros.experience.policy_file import policy_to_parameters, write_policy_file
+from irlpilco_ros.learning.policies import LinearPolicy, OpenLoopPolicy
+from irlpilco_ros.nodes.messages import nanoseconds
+from irlpilco_ros.nodes.qos import COMMAND_RECORDING
+
+pytestmark = pytest.mark.dds
+CONTROLLER = "irlpilco_ros.nodes.controller"
+JOINTS = ["elbow", "wrist"]
+HORIZON = 4
+PERIOD = 0.1
+ROBOT = {
+    "joints": JOINTS,
+    "position_lower": [-1.0, -1.0],
+    "position_upper": [1.0, 1.0],
+    "velocity_limit": [1.0, 2.0],
+    "control_period": PERIOD,
+    "horizon": HORIZON,
+}
+
+
+def table(*rows):
+    """A policy that sends these rows, joints in order."""
+    return policy_to_parameters(OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4), JOINTS)
+
+
+MOVING = table(*[[0.1, -0.2]] * HORIZON)
+LONG = {**ROBOT, "horizon": 1000}  # a trial that does not end by itself
+
+
+@pytest.fixture(scope="module")
+def graph(shared_ros):
+    shared_ros.start(CONTROLLER, parameters=LONG)
+    return shared_ros
+
+
+@pytest.fixture(scope="module")
+def diagnostics(graph):
+    return graph.listen(DiagnosticArray, "/diagnostics", publishers=1)
+
+
+@pytest.fixture
+def robot(graph):
+    with FakeRobot(graph, JOINTS) as fake:
+        yield fake
+    assert graph.set_parameters("controller", table([0.0, 0.0])).successful
+
+
+def begin_trial(graph, robot, policy):
+    """Start a trial and wait until the robot moves; return the future answer."""
+    assert graph.set_parameters("controller", policy).successful
+    graph.wait_for(lambda: len(robot.states) > 5, "states")
+    answer = graph.trigger_async("controller/run_trial")
+    graph.wait_for(lambda: len(robot.commands) > 3, "commands")
+    return answer
+
+
+def assert_stopped(graph, robot, answer, reason, diagnostics):
+    """The answer and /diagnostics give the reason, and zero velocity was the last command."""
+    graph.wait_for(answer.done, "the answer", 3.0)
+    response = answer.result()
+    assert not response.success
+    assert reason in response.message
+    graph.wait_for(
+        lambda: any(
+            status.level == DiagnosticStatus.ERROR and reason in status.message
+            for message in diagnostics.messages
+            for status in message.status
+        ),
+        f"diagnostics that say {reason!r}",
+    )
+    graph.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
+    count = len(robot.commands)
+    time.sleep(0.05)
+    assert len(robot.commands) == count, "idle means that nothing is published"
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_a_trial_is_one_decision_per_tick_and_one_command_per_state(ros, lockstep):
+    gains = np.array([[0.5, 0.0, 0.1, 0.0], [0.0, -0.5, 0.0, 0.1]])
+    policy = LinearPolicy(gains, np.array([0.3, -0.4]), np.array([1.0, 2.0]))
+    ros.start(CONTROLLER, parameters={**ROBOT, **policy_to_parameters(policy, JOINTS)})
+    with FakeRobot(ros, JOINTS, [0.1, -0.1], wall_step=0.004, lockstep=lockstep) as robot:
+        ros.wait_for(lambda: len(robot.states) > 1, "states")
+        answer = ros.trigger("controller/run_trial")
+        assert answer.success, answer.message
+        assert "4 decisions in 0.4 s" in answer.message
+        ros.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "the end")
+
+    states = dict(robot.states)
+    stamps = list(dict.fromkeys(nanoseconds(c.header.stamp) for c in robot.commands))
+    assert np.diff(stamps).tolist() == [round(PERIOD * 1e9)] * HORIZON, "x[0] to x[H]"
+    velocity = np.zeros(2)
+    for tick, stamp in enumerate(stamps):
+        held = [c for c in robot.commands if nanoseconds(c.header.stamp) == stamp]
+        assert len(held) == (1 if tick == HORIZON else round(PERIOD / 0.01))
+        assert {tuple(c.name) for c in held} == {tuple(JOINTS)}
+        position = np.array([states[stamp][joint] for joint in JOINTS])
+        expected = policy.act(np.concatenate([position, velocity]), tick)
+        if tick == HORIZON:
+            expected = np.zeros(2)
+        # Outside lockstep a command takes effect a state or so after the tick.
+        velocity = expected
+        for command in held:
+            np.testing.assert_allclose(command.velocity, expected, atol=1e-12)
+
+
+def test_only_velocities_move_the_robot_to_its_start_and_within_its_speed(ros):
+    start = [0.4, -0.3]
+    parameters = {**ROBOT, "start_position": start, "approach_speed": 0.5}
+    ros.start(CONTROLLER, parameters=parameters)
+    with FakeRobot(ros, JOINTS, lockstep=True) as robot:
+        ros.wait_for(lambda: robot.states, "states")
+        answer = ros.trigger("controller/move_to_start")
+        assert answer.success, answer.message
+        assert "at the start" in answer.message
+    np.testing.assert_allclose(robot.vector("positions"), start, atol=0.002)
+    speeds = np.abs([command.velocity for command in robot.commands])
+    assert 0.45 < speeds.max() <= 0.5
+    assert speeds[0].max() <= 0.05, "the speed builds up"
+    assert list(robot.commands[-1].velocity) == [0.0, 0.0]
+
+
+def test_a_policy_file_runs_without_a_learner_and_with_a_namespace(ros, tmp_path):
+    policy = OpenLoopPolicy(np.array([[0.1, -0.2]] * HORIZON), np.array([1.0, 2.0]), 4)
+    path = tmp_path / "policy_007.yaml"
+    write_policy_file(path, policy, JOINTS, {**ROBOT, "start_position": [0.0, 0.0]})
+    parameters = {"velocity_controller_output": True}
+    ros.start(CONTROLLER, files=[path], parameters=parameters, namespace="/robot")
+    topic = "/robot/velocity_controller/commands"
+    other = ros.listen(Float64MultiArray, topic, COMMAND_RECORDING, publishers=1)
+    with FakeRobot(ros, JOINTS, topic="/robot/", lockstep=True) as robot:
+        ros.wait_for(lambda: robot.states, "states")
+        answer = ros.trigger("/robot/controller/run_trial")
+        assert answer.success, answer.message
+    ros.wait_for(lambda: [*other.messages[-1].data] == [0.0, 0.0], "the other output's end")
+    assert {tuple(message.data) for message in other.messages} == {(0.1, -0.2), (0.0, 0.0)}
+    np.testing.assert_allclose(robot.vector("positions"), [0.04, -0.08], atol=1e-9)
+
+
+def test_an_effort_robot_gets_efforts(ros):
+    parameters = {**ROBOT, "command_interface": "effort", "effort_limit": [1.0, 2.0], **MOVING}
+    ros.start(CONTROLLER, parameters={**parameters, "start_position": [0.0, 0.0]})
+    with FakeRobot(ros, JOINTS, lockstep=True) as robot:
+        ros.wait_for(lambda: robot.states, "states")
+        assert ros.trigger("controller/run_trial").success
+        answer = ros.trigger("controller/move_to_start")
+    assert "takes velocities" in answer.message
+    assert {tuple(command.effort) for command in robot.commands} == {(0.1, -0.2), (0.0, 0.0)}
+    assert all(len(command.velocity) == 0 for command in robot.commands)
+
+
+def test_silent_joint_states_stop_the_robot(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+    robot.is_silent = True
+    began = time.monotonic()
+    graph.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
+    assert 0.1 < time.monotonic() - began < 0.5
+    assert_stopped(graph, robot, answer, "no joint state for 0.15 s of: elbow, wrist", diagnostics)
+
+
+def test_a_joint_that_goes_missing_stops_the_robot(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+
+    def drop_wrist(message):
+        place = list(message.name).index("wrist")
+        for values in (message.name, message.position, message.velocity):
+            del values[place]
+
+    robot.distort = drop_wrist
+    assert_stopped(graph, robot, answer, "no joint state for 0.15 s of: wrist", diagnostics)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "reason"),
+    [
+        ("position", math.nan, "position of joint wrist is nan"),
+        ("velocity", math.inf, "velocity of joint wrist is inf"),
+    ],
+)
+def test_a_value_that_is_not_finite_stops_the_robot(
+    graph, robot, diagnostics, quantity, value, reason
+):
+    answer = begin_trial(graph, robot, MOVING)
+
+    def spoil(message):
+        getattr(message, quantity)[list(message.name).index("wrist")] = value
+
+    robot.distort = spoil
+    assert_stopped(graph, robot, answer, reason, diagnostics)
+
+
+def test_a_malformed_joint_state_stops_the_robot(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+
+    def cut(message):
+        message.velocity = []
+
+    robot.distort = cut
+    reason = "3 names, 3 positions and 0 velocities"
+    assert_stopped(graph, robot, answer, reason, diagnostics)
+
+
+def test_a_joint_near_its_limit_that_moves_on_stops_the_robot(graph, robot, diagnostics):
+    robot.positions["wrist"] = -0.6
+    answer = begin_trial(graph, robot, table(*[[0.0, -1.0]] * 10))
+    reason = "comes within 0.05 rad of its lower limit -1 rad and is moving on"
+    assert_stopped(graph, robot, answer, reason, diagnostics)
+    assert -0.95 < robot.positions["wrist"] < -0.8, "stopped before its limit"
+    # Away from the limit it may go.
+    robot.commands.clear()
+    answer = begin_trial(graph, robot, table(*[[0.0, 0.5]] * 10))
+    graph.wait_for(lambda: robot.positions["wrist"] > -0.8, "the way back")
+    graph.trigger("controller/stop")
+
+
+def test_a_policy_change_stops_the_trial(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+    assert graph.set_parameters("controller", table([0.2, 0.2])).successful
+    assert_stopped(graph, robot, answer, "trial stopped: the policy was changed", diagnostics)
+
+
+def test_a_refused_policy_does_not_disturb_the_trial(graph, robot):
+    answer = begin_trial(graph, robot, MOVING)
+    too_fast = {**table([0.2, 0.2]), "policy.velocity_limit": [1.0, 9.0]}
+    assert not graph.set_parameters("controller", too_fast).successful
+    time.sleep(0.05)
+    assert not answer.done()
+    graph.trigger("controller/stop")
+
+
+def test_stop_ends_the_trial(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+    response = graph.trigger("controller/stop")
+    assert (response.success, response.message) == (True, "trial stopped")
+    assert_stopped(graph, robot, answer, "controller/stop was called", diagnostics)
+    assert graph.trigger("controller/stop").message == "nothing was moving"
+
+
+def test_disabling_stops_the_trial_and_refuses_the_next(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+    off, on = SetBool.Request(data=False), SetBool.Request(data=True)
+    assert graph.call(SetBool, "controller/enable", off).message == "disabled"
+    assert_stopped(graph, robot, answer, "the controller was disabled", diagnostics)
+    assert "the controller is disabled" in graph.trigger("controller/run_trial").message
+    assert graph.call(SetBool, "controller/enable", on).message == "enabled"
+    robot.commands.clear()
+    begin_trial(graph, robot, MOVING)
+    graph.trigger("controller/stop")
+
+
+def test_stamps_that_run_back_or_jump_stop_the_robot(graph, robot, diagnostics):
+    answer = begin_trial(graph, robot, MOVING)
+    robot.stamp -= 500_000_000
+    assert_stopped(graph, robot, answer, "ran back by 0.4", diagnostics)
+    robot.commands.clear()
+    answer = begin_trial(graph, robot, MOVING)
+    robot.stamp += 500_000_000
+    assert_stopped(graph, robot, answer, "joint states jumped over tick", diagnostics)
+
+
+def test_a_second_motion_is_refused_as_busy(graph, robot):
+    answer = begin_trial(graph, robot, MOVING)
+    assert graph.set_parameters("controller", {"start_position": [0.0, 0.0]}).successful
+    for service in ("controller/run_trial", "controller/move_to_start"):
+        second = graph.trigger(service, timeout=1.0)
+        assert not second.success
+        assert "busy: trial is going on" in second.message
+    assert not answer.done()
+    graph.trigger("controller/stop")
+
+
+def test_a_start_out_of_reach_fails_with_the_distance(graph, robot, diagnostics):
+    robot.distort = lambda message: setattr(message, "position", [0.0, 0.3, 0.3])  # it is stuck
+    values = {"start_position": [0.0, 0.0], "approach_timeout": 0.5}
+    assert graph.set_parameters("controller", values).successful
+    graph.wait_for(lambda: len(robot.states) > 5, "states")
+    answer = graph.trigger_async("controller/move_to_start")
+    assert_stopped(graph, robot, answer, "not at the start after 0.5 s", diagnostics)
+    assert "-0.3000 rad away" in answer.result().message
+
+
+BAD_POLICIES = {
+    "shape": ({"policy.controls": [0.1, 0.2, 0.3]}, "3 values"),
+    "finiteness": ({"policy.controls": [0.1, math.nan]}, "expected finite numbers"),
+    "limit": ({"policy.velocity_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
+    "unknown joint": ({"policy.joints": ["elbow", "hand"]}, "unknown: hand; missing: wrist"),
+    "order": ({"policy.joints": ["wrist", "elbow"]}, "in this order: elbow, wrist"),
+    "kind": ({"policy.kind": "wild"}, "'wild' is unknown"),
+    "absent": ({"policy.controls": None}, "missing: controls"),
+    "of another kind": ({"policy.bias": [0.0, 0.0]}, "unknown: bias"),
+    "unknown name": ({"policy.wieghts": [0.0]}, "policy.wieghts does not exist"),
+    "start outside": ({"start_position": [0.0, 0.99]}, "inside its limits [-1, 1] rad"),
+    "start length": ({"start_position": [0.0]}, "1 values for 2 joints"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_POLICIES)
+def test_a_bad_policy_is_refused_whole_and_with_its_reason(graph, case):
+    good = table([0.05, 0.06])
+    assert graph.set_parameters("controller", good).successful
+    change, reason = BAD_POLICIES[case]
+    policy = {**table([0.7, 0.8]), **change}
+    given = {name: value for name, value in policy.items() if value is not None}
+    answer = graph.set_parameters("controller", given)
+    assert not answer.successful
+    assert reason in answer.reason
+    assert list(graph.get_parameter("controller", "policy.controls")) == [0.05, 0.06]
+
+
+def test_a_policy_of_another_kind_leaves_nothing_of_the_one_before(graph):
+    assert graph.set_parameters("controller", MOVING).successful
+    policy = LinearPolicy(np.zeros((2, 4)), np.zeros(2), np.ones(2))
+    linear = policy_to_parameters(policy, JOINTS)
+    assert graph.set_parameters("controller", linear).successful
+    assert list(graph.get_parameter("controller", "policy.controls")) == []
+    assert graph.get_parameter("controller", "policy.state_size") == 0
+    # One field of the policy in force can be changed alone, and is checked alike.
+    assert graph.set_parameters("controller", {"policy.bias": [0.1, 0.2]}).successful
+    assert not graph.set_parameters("controller", {"policy.bias": [0.1]}).successful
+
+
+def test_without_states_policy_or_start_nothing_moves(ros):
+    ros.start(CONTROLLER, parameters=ROBOT)
+    heard = ros.listen(DiagnosticArray, "/diagnostics", publishers=1)
+    assert "there is no policy" in ros.trigger("controller/run_trial").message
+    assert "there is no start" in ros.trigger("controller/move_to_start").message
+    assert ros.set_parameters("controller", MOVING).successful
+    answer = ros.trigger("controller/run_trial")
+    assert not answer.success
+    assert answer.message == "no joint state yet of: elbow, wrist"
+    ros.wait_for(lambda: heard.messages, "diagnostics")
+    assert heard.messages[-1].status[0].message == "no joint state yet of: elbow, wrist"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_robot_before_the_node_ends(ros, number):
+    process = ros.start(CONTROLLER, parameters={**LONG, **MOVING})
+    with FakeRobot(ros, JOINTS) as robot:
+        answer = begin_trial(ros, robot, MOVING)
+        assert process.stop(number) == 0
+        ros.wait_for(answer.done, "the answer")
+        assert not answer.result().success
+        assert "told to end" in answer.result().message
+        ros.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
+        moved = [any(command.velocity) for command in robot.commands]
+        assert moved == sorted(moved, reverse=True), "zeros after the movement, nothing else"
+
+
+def test_a_bad_policy_file_ends_the_node_with_one_line(ros):
+    parameters = {**ROBOT, **MOVING, "policy.velocity_limit": [1.0, 3.0]}
+    process = ros.start(CONTROLLER, parameters=parameters, wait=False)
+    process.expected_code = 1
+    assert process.wait() == 1
+    assert process.output.startswith("error: policy.velocity_limit of joint wrist is 3;")
+    assert len(process.output.splitlines()) == 1

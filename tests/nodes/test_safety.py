@@ -1,0 +1,123 @@
+"""What stands between a command and the robot."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from robot_of_two import JOINTS, ROBOT, reading
+
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.policies import OpenLoopPolicy
+from irlpilco_ros.nodes.motions import MotionStoppedError
+from irlpilco_ros.nodes.safety import check_command, check_policy, check_reading, check_start
+
+EFFORT = dataclasses.replace(ROBOT, command_interface="effort")
+MARGIN = 0.05
+
+
+def command(values, robot=ROBOT, **state):
+    check_command(robot, MARGIN, reading(**state), np.array(values))
+
+
+def test_commands_within_the_limits_pass():
+    command([1.0, -2.0])
+    command([5.0, -3.0], EFFORT)
+
+
+@pytest.mark.parametrize(
+    ("robot", "values", "reason"),
+    [
+        (ROBOT, [0.0, 2.001], r"wrist is 2\.0010 rad/s; its velocity limit is 2 rad/s"),
+        (ROBOT, [-1.5, 0.0], r"elbow is -1\.5000 rad/s; its velocity limit is 1 rad/s"),
+        (EFFORT, [0.0, -3.1], r"wrist is -3\.1000 Nm; its effort limit is 3 Nm"),
+        (ROBOT, [np.nan, 0.0], "elbow is nan; expected a finite number"),
+        (ROBOT, [0.0, np.inf], "wrist is inf; expected a finite number"),
+    ],
+)
+def test_a_limit_that_would_be_exceeded_stops(robot, values, reason):
+    with pytest.raises(MotionStoppedError, match=reason):
+        command(values, robot)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("joint", [0, 1])
+def test_near_a_position_limit_a_joint_may_only_go_back(joint, side):
+    near, away, on = np.zeros(2), np.zeros(2), np.zeros(2)
+    near[joint], on[joint], away[joint] = 0.951 * side, 0.01 * side, -0.5 * side
+    command(away, positions=near)
+    command(np.zeros(2), positions=near)
+    command(on, positions=0.999 * near * 0.99)
+    with pytest.raises(MotionStoppedError, match=f"joint {JOINTS[joint]} at .* moving on"):
+        command(on, positions=near)
+
+
+def test_a_fast_joint_is_stopped_earlier():
+    command([0.0, 0.5], positions=(0.0, 0.8), velocities=(0.0, 0.5))
+    with pytest.raises(MotionStoppedError, match="upper limit"):
+        command([0.0, 0.5], positions=(0.0, 0.8), velocities=(0.0, 1.6))
+
+
+def test_with_efforts_the_measured_speed_says_where_a_joint_goes():
+    command([1.0, 0.0], EFFORT, positions=(0.96, 0.0), velocities=(-0.1, 0.0))
+    with pytest.raises(MotionStoppedError, match="moving on"):
+        command([-1.0, 0.0], EFFORT, positions=(0.96, 0.0), velocities=(0.1, 0.0))
+
+
+def test_readings_must_be_finite():
+    check_reading(ROBOT, reading())
+    with pytest.raises(MotionStoppedError, match="position of joint wrist is nan"):
+        check_reading(ROBOT, reading(positions=(0.0, np.nan)))
+    with pytest.raises(MotionStoppedError, match="velocity of joint elbow is -inf"):
+        check_reading(ROBOT, reading(velocities=(-np.inf, 0.0)))
+
+
+def test_policies_must_fit_the_robot():
+    policy = OpenLoopPolicy(np.zeros((4, 2)), np.array([1.0, 2.0]), 4)
+    check_policy(ROBOT, policy, JOINTS)
+    with pytest.raises(InvalidSettingError, match="in this order: elbow, wrist"):
+        check_policy(ROBOT, policy, ("wrist", "elbow"))
+    too_fast = OpenLoopPolicy(np.zeros((4, 2)), np.array([1.0, 2.1]), 4)
+    with pytest.raises(InvalidSettingError, match=r"wrist is 2\.1; expected at most .* 2"):
+        check_policy(ROBOT, too_fast, JOINTS)
+
+
+def test_starts_must_be_inside_the_limits():
+    check_start(ROBOT, (), MARGIN)
+    check_start(ROBOT, (0.95, -0.95), MARGIN)
+    with pytest.raises(InvalidSettingError, match=r"elbow is 0\.96 rad"):
+        check_start(ROBOT, (0.96, 0.0), MARGIN)
+    with pytest.raises(InvalidSettingError, match="3 values for 2 joints"):
+        check_start(ROBOT, (0.0, 0.0, 0.0), MARGIN)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"joints": ()}, "joints is empty"),
+        ({"joints": ("elbow", "elbow")}, "names a joint twice"),
+        ({"velocity_limit": (1.0,)}, "velocity_limit has 1 values for 2 joints"),
+        ({"position_lower": (0.0, 1.0)}, r"joint wrist are \[1\.0, 1\.0\]"),
+        ({"command_interface": "effort", "effort_limit": ()}, "effort_limit has 0 values"),
+        ({"control_period": 0.0}, "control_period is 0"),
+    ],
+)
+def test_robot_settings_that_do_not_go_together_are_refused(change, reason):
+    with pytest.raises(InvalidSettingError, match=reason):
+        dataclasses.replace(ROBOT, **change)
+
+
+def test_the_robot_of_the_package_loads(repository):
+    from irlpilco_ros.experience.parameters_file import (
+        load_parameters_file,
+        settings_from_parameters,
+    )
+
+    parameters = load_parameters_file(repository / "config" / "baxter.yaml", "controller")
+    robot = settings_from_parameters(RobotSettings, parameters)
+    assert len(robot.joints) == 14
+    assert robot.control_limit.tolist() == [1.5] * 4 + [4.0] * 3 + [1.5] * 4 + [4.0] * 3
+    effort = dataclasses.replace(robot, command_interface="effort")
+    assert effort.control_limit[4] == 15.0
