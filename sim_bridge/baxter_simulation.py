@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sim_bridge import debris
 from sim_bridge.baxter_model import build_model
 from sim_bridge.errors import DivergedError, InvalidCommandError
-from sim_bridge.joint_servos import JointServos
+from sim_bridge.joint_servos import Drive, JointServos
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
 from sim_bridge.simulation_settings import SimulationSettings
 
@@ -76,6 +76,9 @@ class BaxterSimulation:
         self._arm_in_published = np.array([PUBLISHED_JOINTS.index(name) for name in ARM_JOINTS])
         self._index = {name: i for i, name in enumerate(ARM_JOINTS)}
         self._steps_per_period: int = round(PERIOD * 1e-9 / self.model.opt.timestep)
+        self._damping: Vector = np.array(self.model.dof_damping[self._dof])
+        self._acceleration: Vector = np.zeros(self.model.nv)
+        self._force: Vector = np.zeros(self.model.nv)
         factor = np.array(self.settings.speed_factor)
         self._servos = JointServos(
             velocity_limit=self.velocity_limit,
@@ -183,16 +186,17 @@ class BaxterSimulation:
             self._step, model.opt.timestep, data.qpos[self._qpos], data.qvel[self._dof]
         )
         data.ctrl[self._actuator] = drive.velocities
-        data.qfrc_applied[self._dof] = 0.0
-        if drive.guide_accelerations.any():
-            acceleration = np.zeros(model.nv)
-            acceleration[self._dof] = drive.guide_accelerations
-            force = np.zeros(model.nv)
-            mujoco.mj_mulM(model, data, force, acceleration)
-            friction = model.dof_damping[self._dof] * drive.guide_velocities
-            data.qfrc_applied[self._dof] = force[self._dof] + friction
+        data.qfrc_applied[self._dof] = self._guide_force(drive)
         mujoco.mj_step(model, data)
         self._step += 1
+
+    def _guide_force(self, drive: Drive) -> Vector:
+        """Return the torques (14,) [Nm] of the guiding hand: inertia and friction, overcome."""
+        if not drive.guide_accelerations.any():
+            return drive.guide_accelerations
+        self._acceleration[self._dof] = drive.guide_accelerations
+        mujoco.mj_mulM(self.model, self.data, self._force, self._acceleration)
+        return np.asarray(self._force[self._dof] + self._damping * drive.guide_velocities)
 
     def _measure(self) -> None:
         noise = self._rng.standard_normal((2, len(ARM_JOINTS)))

@@ -53,6 +53,7 @@ class JointServos:
         self._factor = speed_factor
         self._lag = lag_steps
         self._timeout = timeout_steps
+        self._zero = np.zeros(len(velocity_limit))
         self.reset()
 
     def reset(self) -> None:
@@ -65,7 +66,8 @@ class JointServos:
         self._guide_velocity = np.zeros(joints)
         self._guide_start = np.zeros(joints, dtype=int)
         self._guide_end = np.zeros(joints, dtype=int)
-        self._hold_position = np.full(joints, np.nan)
+        self._hold_position = np.zeros(joints)
+        self._holding = np.zeros(joints, dtype=bool)
 
     def command(self, step: int, joints: Indices, velocities: Vector) -> None:
         """Take a command at this step; it acts after the lag and until the timeout."""
@@ -90,18 +92,17 @@ class JointServos:
             self._guide_end[joints] = 0
         commanded = step < self._command_end
         guided = step < self._guide_end
+        target = self._command * self._factor
+        moved = commanded | guided
+        if moved.all():
+            self._holding[:] = False
+        else:
+            target = np.where(commanded, target, self._hold(moved, positions))
         if not guided.any():
-            target = self._command * self._factor
-            if not commanded.all():
-                target = np.where(commanded, target, self._hold(commanded, positions))
-            zero = np.zeros_like(target)
-            return Drive(target, zero, zero)
-        target = np.where(
-            commanded, self._command * self._factor, self._hold(commanded | guided, positions)
-        )
+            return Drive(target, self._zero, self._zero)
         elapsed = (step - self._guide_start) * timestep
         ahead = self._guide_position + elapsed * self._guide_velocity - positions
-        pull = _GUIDE_STIFFNESS**2 * np.clip(ahead, -_GUIDE_REACH, _GUIDE_REACH)
+        pull = _GUIDE_STIFFNESS**2 * ahead.clip(-_GUIDE_REACH, _GUIDE_REACH)
         pull += 2.0 * _GUIDE_STIFFNESS * (self._guide_velocity - velocities)
         return Drive(
             velocities=np.where(guided, self._guide_velocity, target),
@@ -111,8 +112,8 @@ class JointServos:
 
     def _hold(self, moved: NDArray[np.bool_], positions: Vector) -> Vector:
         """Return the velocities that keep the joints nobody moves where they were left."""
-        starting = ~moved & np.isnan(self._hold_position)
+        starting = ~moved & ~self._holding
         self._hold_position[starting] = positions[starting]
-        self._hold_position[moved] = np.nan
-        correction = _HOLD_GAIN * (np.nan_to_num(self._hold_position) - positions)
-        return np.where(moved, 0.0, np.clip(correction, -self._limit, self._limit))
+        self._holding = ~moved
+        correction = _HOLD_GAIN * (self._hold_position - positions)
+        return correction.clip(-self._limit, self._limit)
