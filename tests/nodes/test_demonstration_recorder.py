@@ -230,22 +230,24 @@ def test_a_bag_replayed_over_dds_is_recorded_again(ros, tmp_path, source, comman
     bag = synthetic_trial(tmp_path / "original") if source is None else source.parent
     original = read_bag(bag)
     robot = Robot(ros, joints=original.joint_names, output_directory=str(tmp_path / "again"))
-    answer = ros.trigger_async("demonstration_recorder/start")
-    time.sleep(0.2)  # only so that the recorder listens before the first state
+    # The recording begins with a state of long before, so that the first sample is no special case.
+    robot.last = JointState(name=list(original.joint_names))
+    robot.last.header.stamp = time_message(round(original.stamps[0] * 1e9) - 10_000_000_000)
+    robot.last.position = robot.last.velocity = [0.0] * len(original.joint_names)
+    robot.call("start")
     kinds = {"joint_states": robot.states, "joint_command": robot.commands}
     messages = list(read_recording(bag).messages)
     if commands_first:
-        # Services of DDS keep no order between topics: a command may overtake its state.
+        # DDS keeps no order between topics: a command may overtake its state.
         for i in range(1, len(messages), 2):
             messages[i - 1], messages[i] = messages[i], messages[i - 1]
     for message in messages:
         kinds[message.topic.name.rsplit("/", 1)[-1]].publish(message.data)
         time.sleep(0.01)
-    ros.wait_for(answer.done, "the first sample")
-    stopped = ros.trigger("demonstration_recorder/stop")
-    again = read_bag(bag_of(stopped))
+    recorded = bag_of(ros.trigger("demonstration_recorder/stop"))
+    again = read_bag(recorded)
     assert again.joint_names == original.joint_names
     for field in ("stamps", "positions", "velocities", "commands"):
-        np.testing.assert_array_equal(getattr(again, field), getattr(original, field))
-    sent = sorted(message.data for message in messages)
-    assert sorted(m.data for m in read_recording(bag_of(stopped)).messages) == sent
+        np.testing.assert_array_equal(getattr(again, field)[1:], getattr(original, field))
+    received = [message.data for message in read_recording(recorded).messages]
+    assert sorted(received[1:]) == sorted(message.data for message in messages)
