@@ -6,7 +6,7 @@ import numpy as np
 
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Policy
+from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Policy, RbfPolicy
 from irlpilco_ros.learning.policies.linear_phase import phase_features
 from irlpilco_ros.learning.squashing import unsquash
 from irlpilco_ros.learning.task import Task
@@ -35,6 +35,8 @@ def zero_policy(task: Task, settings: LearningSettings) -> Policy:
     weights = np.zeros((F, task.policy_size))
     if settings.policy == "linear":
         return LinearPolicy(weights, np.zeros(F), limit)
+    if settings.policy == "rbf":
+        return _rbf_policy(task, settings, np.zeros((settings.rbf_count, F)), limit)
     phases = np.zeros((F, settings.phase_count))
     return LinearPhasePolicy(weights, phases, task.horizon, limit)
 
@@ -65,9 +67,24 @@ def _fitted_policy(task: Task, settings: LearningSettings) -> Policy:
         phases = np.stack([phase_features(t, settings.phase_count, task.horizon) for t in steps])
         bumps = _ridge(phases, wanted, 1e-6).T
         return LinearPhasePolicy(zero.weights, bumps, task.horizon, zero.control_limit)
+    if isinstance(zero, RbfPolicy):
+        nearest = _spread_steps(task, settings)
+        return _rbf_policy(task, settings, wanted[nearest], zero.control_limit)
     centre = states.mean(axis=0)
     weights = _ridge(states - centre, wanted - wanted.mean(axis=0), _RIDGE).T
     return LinearPolicy(weights, wanted.mean(axis=0) - weights @ centre, zero.control_limit)
+
+
+def _rbf_policy(task: Task, settings: LearningSettings, targets: Array, limit: Array) -> RbfPolicy:
+    """Return bumps along the demonstration, as wide as it is long in each dimension."""
+    states = task.state_layout.policy_view(task.reference_states())
+    widths = np.maximum(states.std(axis=0), 1e-2) * np.sqrt(states.shape[1])
+    return RbfPolicy(states[_spread_steps(task, settings)], targets, np.log(widths)[None], limit)
+
+
+def _spread_steps(task: Task, settings: LearningSettings) -> Array:
+    """Return as many steps as there are bumps, evenly over the trial."""
+    return np.round(np.linspace(0, task.horizon - 1, settings.rbf_count)).astype(int)
 
 
 def _ridge(inputs: Array, targets: Array, ridge: float) -> Array:

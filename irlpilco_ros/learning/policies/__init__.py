@@ -11,10 +11,12 @@ from irlpilco_ros.learning.policies.base import Arrays, Policy
 from irlpilco_ros.learning.policies.linear import LinearPolicy
 from irlpilco_ros.learning.policies.linear_phase import LinearPhasePolicy
 from irlpilco_ros.learning.policies.open_loop import OpenLoopPolicy
+from irlpilco_ros.learning.policies.rbf import RbfPolicy
 
 KINDS: Mapping[str, type[Any]] = {
     "linear": LinearPolicy,
     "linear_phase": LinearPhasePolicy,
+    "rbf": RbfPolicy,
     "open_loop": OpenLoopPolicy,
 }
 
@@ -52,5 +54,6 @@ __all__ = [
     "LinearPolicy",
     "OpenLoopPolicy",
     "Policy",
+    "RbfPolicy",
     "from_arrays",
 ]
