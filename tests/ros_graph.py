@@ -34,7 +34,10 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import Trigger
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-_DISCOVERY = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+_DISCOVERY = {
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    "FASTRTPS_DEFAULT_PROFILES_FILE": str(REPOSITORY / "config" / "quick_discovery.xml"),
+}
 # Domains above 101 use ports that Linux hands out to anybody.
 _DOMAINS = range(1, 101)
 
@@ -124,7 +127,7 @@ class RosGraph:
         self.processes: list[NodeProcess] = []
 
     def __enter__(self) -> RosGraph:
-        # rcl reads the discovery range from the environment when a node is made.
+        # Both are read from the environment when a context is made.
         os.environ.update(_DISCOVERY)
         os.environ.setdefault("ROS_LOG_DIR", self.environment["ROS_LOG_DIR"])
         self.context = Context()
@@ -208,7 +211,9 @@ class RosGraph:
         def is_there() -> bool:
             if process is not None and not process.is_alive:
                 raise AssertionError(f"{name} ended at its start; it printed:\n{process.output}")
-            return name in self.node.get_node_names()
+            # Names of services are known before names of nodes.
+            services = self.node.get_service_names_and_types()
+            return any(service.endswith(f"/{name}/get_parameters") for service, _ in services)
 
         self.wait_for(is_there, f"node {name}", timeout)
 
