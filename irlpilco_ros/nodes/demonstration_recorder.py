@@ -7,6 +7,7 @@ that came over the wire, and nothing that it has recorded is ever deleted or ove
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,6 +74,7 @@ class DemonstrationRecorder(Node):
         super().__init__("demonstration_recorder")
         self._settings = declare_settings(self, RecorderSettings, apply=self._change)
         self._recording: LiveRecording | None = None
+        self._began = 0  # [ns] wall clock
         self._last: Path | None = None
         self._health = Health(self, "ready")
         self._calls = Clients(self)
@@ -113,7 +115,7 @@ class DemonstrationRecorder(Node):
         recording = LiveRecording(
             directory, settings.joints, period, self._state_topic, self._command_topic
         )
-        self._recording = recording
+        self._began, self._recording = time.time_ns(), recording
         for _attempt in range(round(FIRST_SAMPLE_TIMEOUT / _POLL)):
             if recording.samples or recording.failure or self._recording is not recording:
                 break
@@ -171,14 +173,18 @@ class DemonstrationRecorder(Node):
         return not recording.failure, f"{summary}; bag: {recording.path}"
 
     def _on_state(self, data: bytes, info: Mapping[str, Any]) -> None:
-        if self._recording is not None:
+        if self._recording is not None and self._is_new(info):
             self._recording.take_state(_received(data, info))
             self._tell(self._recording)
 
     def _on_command(self, data: bytes, info: Mapping[str, Any]) -> None:
-        if self._recording is not None:
+        if self._recording is not None and self._is_new(info):
             self._recording.take_command(_received(data, info))
             self._tell(self._recording)
+
+    def _is_new(self, info: Mapping[str, Any]) -> bool:
+        """Whether a message came after `start`; on a busy computer older ones may still queue."""
+        return bool(info["received_timestamp"] >= self._began)
 
     def _tell(self, recording: LiveRecording) -> None:
         if recording.failure:
