@@ -230,7 +230,10 @@ class RosGraph:
     def listen(
         self, message_type: type, topic: str, qos: Any = 10, publishers: int = 0
     ) -> Listener:
-        """Subscribe to a topic and, if asked, wait until so many publishers are matched."""
+        """Subscribe to a topic and, if asked, wait until so many publishers are on the graph.
+
+        A publisher may learn of this subscription a little later still.
+        """
         listener = Listener()
         subscription = self.node.create_subscription(message_type, topic, listener.take, qos)
         self.wait_for(

@@ -39,6 +39,7 @@ class MinimalNode(Node):
         self.last_words = self.create_publisher(String, "last_words", 10)
         group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/settings", self._tell)
+        self.create_service(Trigger, "~/is_heard", self._is_heard)
         self.create_service(Trigger, "~/warn", self._warn)
         self.create_service(Trigger, "~/fail", self._fail)
         self.create_service(Trigger, "~/ask", self._ask, callback_group=group)
@@ -55,6 +56,10 @@ class MinimalNode(Node):
 
     def _tell(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = True, repr(self.settings)
+        return response
+
+    def _is_heard(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self.last_words.get_subscription_count() > 0
         return response
 
     def _warn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -20,10 +20,16 @@ def start_minimal(ros, *arguments):
     return process
 
 
+def listen_to_last_words(ros):
+    words = ros.listen(String, "last_words")
+    ros.wait_for(lambda: ros.trigger("minimal/is_heard").success, "the node to know its listener")
+    return words
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_node_after_its_last_message(ros, number):
     process = start_minimal(ros)
-    words = ros.listen(String, "last_words", publishers=1)
+    words = listen_to_last_words(ros)
     began = time.monotonic()
     assert process.stop(number) == 0
     assert time.monotonic() - began < 3.0
@@ -34,7 +40,7 @@ def test_a_signal_ends_the_node_after_its_last_message(ros, number):
 def test_a_failing_callback_ends_the_node_with_1_but_still_in_good_order(ros):
     process = start_minimal(ros)
     process.expected_code = 1
-    words = ros.listen(String, "last_words", publishers=1)
+    words = listen_to_last_words(ros)
     ros.trigger_async("minimal/fail")
     assert process.wait() == 1
     ros.wait_for(lambda: words.messages, "the last words")
