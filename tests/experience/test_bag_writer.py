@@ -1,0 +1,172 @@
+"""Bags on disk: rosbag2's conventions, read back alike by rosbags, by mcap and by us."""
+
+from __future__ import annotations
+
+import os
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from example_trajectories import JOINTS, assert_same, demonstration, trial
+from mcap.reader import make_reader
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+from irlpilco_ros.experience.bag_files import bag_number, mark_discarded
+from irlpilco_ros.experience.bag_message import BagMessage, BagTopic
+from irlpilco_ros.experience.bag_reader import read_bag, read_recording
+from irlpilco_ros.experience.bag_writer import DurableBagWriter
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, JointStateMessage, encode
+from irlpilco_ros.experience.trajectory_bag import write_trajectory
+
+# sensor_msgs/JointState in ROS 2 Jazzy, from share/sensor_msgs/msg/JointState.json.
+JOINT_STATE_HASH = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
+QOS = {
+    "history": "keep_last",
+    "depth": 10,
+    "reliability": "reliable",
+    "durability": "volatile",
+    "deadline": {"sec": 9223372036, "nsec": 854775807},
+    "lifespan": {"sec": 9223372036, "nsec": 854775807},
+    "liveliness": "automatic",
+    "liveliness_lease_duration": {"sec": 9223372036, "nsec": 854775807},
+    "avoid_ros_namespace_conventions": False,
+}
+
+
+def message(stamp: int = 5, topic: str = "/joint_states") -> BagMessage:
+    state = JointStateMessage(stamp, JOINTS, (1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    return BagMessage(BagTopic.joint_state(topic, [QOS]), encode(state), 1000 + stamp, 900 + stamp)
+
+
+@pytest.mark.parametrize("trajectory", [trial(), demonstration()], ids=["trial", "demonstration"])
+def test_a_trajectory_comes_back_bit_by_bit(tmp_path, trajectory):
+    bag = write_trajectory(tmp_path, trajectory)
+    assert_same(read_bag(bag), trajectory)
+    assert_same(read_bag(bag / "000_0.mcap"), trajectory)
+
+
+def test_rosbags_mcap_and_we_read_the_same(tmp_path):
+    bag = write_trajectory(tmp_path, trial())
+    ours = [(m.topic.name, m.log_time, m.data) for m in read_recording(bag).messages]
+    with Reader(bag) as reader:
+        theirs = [(c.topic, t, bytes(data)) for c, t, data in reader.messages()]
+    with (bag / "000_0.mcap").open("rb") as stream:
+        records = list(make_reader(stream, validate_crcs=True).iter_messages())
+    assert len(ours) == 34
+    assert sorted(ours) == sorted(theirs)
+    assert ours == [(c.topic, m.log_time, m.data) for _, c, m in records]
+    store = get_typestore(Stores.ROS2_JAZZY)
+    (_, _, data) = ours[0]
+    decoded = store.deserialize_cdr(data, JOINT_STATE)
+    np.testing.assert_array_equal(decoded.position, trial().positions[0])
+    assert decoded.header.stamp.sec == 1000
+
+
+def test_conventions_of_rosbag2(tmp_path):
+    with DurableBagWriter.numbered(tmp_path, {"joints": "a,b"}) as writer:
+        writer.append(message(5))
+        writer.append(message(9))
+    with (tmp_path / "000" / "000_0.mcap").open("rb") as stream:
+        reader = make_reader(stream)
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        log_times = [(m.log_time, m.publish_time) for _, _, m in reader.iter_messages()]
+    assert log_times == [(1005, 905), (1009, 909)]
+    (schema,) = summary.schemas.values()
+    assert (schema.name, schema.encoding) == (JOINT_STATE, "ros2msg")
+    for line in ("MSG: std_msgs/Header", "MSG: builtin_interfaces/Time", "float64[] effort"):
+        assert line in schema.data.decode().splitlines()
+    (channel,) = summary.channels.values()
+    assert (channel.topic, channel.message_encoding) == ("/joint_states", "cdr")
+    assert channel.metadata["topic_type_hash"] == JOINT_STATE_HASH
+    assert yaml.safe_load(channel.metadata["offered_qos_profiles"]) == [QOS]
+    information = yaml.safe_load((tmp_path / "000" / "metadata.yaml").read_text())
+    information = information["rosbag2_bagfile_information"]
+    assert yaml.safe_load(metadata["rosbag2"]["serialized_metadata"]) == information
+    assert information["version"] == 9
+    assert information["storage_identifier"] == "mcap"
+    assert information["relative_file_paths"] == ["000_0.mcap"]
+    assert information["message_count"] == information["files"][0]["message_count"] == 2
+    assert information["starting_time"]["nanoseconds_since_epoch"] == 1005
+    assert information["duration"]["nanoseconds"] == 4
+    assert information["custom_data"] == {"joints": "a,b"}
+    (topic,) = information["topics_with_message_count"]
+    assert topic["message_count"] == 2
+    assert topic["topic_metadata"]["type_description_hash"] == JOINT_STATE_HASH
+    assert topic["topic_metadata"]["offered_qos_profiles"] == [QOS]
+    assert "&" not in (tmp_path / "000" / "metadata.yaml").read_text()  # no YAML aliases
+
+
+def test_every_message_is_on_disk_when_append_returns(tmp_path, monkeypatch):
+    synced = []
+    fsync = os.fsync
+
+    def noting_fsync(descriptor: int) -> None:
+        fsync(descriptor)
+        synced.append(os.fstat(descriptor).st_size)
+
+    writer = DurableBagWriter.numbered(tmp_path)
+    monkeypatch.setattr(os, "fsync", noting_fsync)
+    file = writer.path / "000_0.mcap"
+    for count in range(1, 5):
+        writer.append(message(count))
+        assert synced[-1] == file.stat().st_size
+        assert len(synced) == count
+        assert len(read_recording(writer.path).messages) == count  # by another reader, at once
+    writer.close()
+
+
+def test_bags_are_never_overwritten(tmp_path):
+    with pytest.raises(BagError, match="cannot make the bag"):
+        DurableBagWriter(write_trajectory(tmp_path, trial()))
+    (tmp_path / "007.discarded").mkdir()
+    (tmp_path / "004_notes").mkdir()
+    assert write_trajectory(tmp_path, trial()).name == "008"
+    assert mark_discarded(tmp_path / "008").name == "008.discarded"
+    assert write_trajectory(tmp_path, trial()).name == "009"
+    assert bag_number(tmp_path / "notes") == -1
+
+
+def test_recorders_in_one_folder_never_share_a_number(tmp_path):
+    paths: list[Path] = []
+
+    def write() -> None:
+        for _ in range(5):
+            with DurableBagWriter.numbered(tmp_path) as writer:
+                paths.append(writer.path)
+
+    threads = [threading.Thread(target=write) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(paths)) == 20
+
+
+def test_a_failing_disk_ends_the_bag_but_keeps_what_was_written(tmp_path, monkeypatch):
+    writer = DurableBagWriter.numbered(tmp_path)
+    writer.append(message(1))
+
+    def broken(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", broken)
+        with pytest.raises(BagError, match=r"cannot write message 2.*No space left.*1 before it"):
+            writer.append(message(2))
+    with pytest.raises(BagError, match="is closed"):
+        writer.append(message(3))
+    writer.close()
+    assert not read_recording(writer.path).whole
+    assert read_recording(writer.path).messages[0] == message(1)
+
+
+def test_a_folder_that_cannot_be_written_to_is_named(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(BagError, match="cannot make a bag in"):
+        DurableBagWriter.numbered(tmp_path / "file")
