@@ -125,6 +125,7 @@ class RosGraph:
         path = self.environment.get("PYTHONPATH")
         self.environment["PYTHONPATH"] = f"{REPOSITORY}{os.pathsep + path if path else ''}"
         self.processes: list[NodeProcess] = []
+        self._clients: dict[tuple[type, str], Any] = {}
 
     def __enter__(self) -> RosGraph:
         # Both are read from the environment when a context is made.
@@ -253,7 +254,10 @@ class RosGraph:
 
     def call_async(self, service_type: type, name: str, request: Any, wait: float = 10.0) -> Any:
         """Call a service; return the future (`.done()`, `.result()`)."""
-        client = self.node.create_client(service_type, name)
+        key = (service_type, name)
+        if key not in self._clients:
+            self._clients[key] = self.node.create_client(service_type, name)
+        client = self._clients[key]
         assert client.wait_for_service(wait), f"service {name} is not there"
         return client.call_async(request)
 
