@@ -48,7 +48,7 @@ class Displacements:
     @property
     def size(self) -> int:
         """Input dimensions P."""
-        return self.z.shape[1] - 1
+        return int(self.z.shape[1]) - 1
 
     def select(self, outputs: slice | NDArray[np.intp]) -> Displacements:
         """Return those of some outputs (the very same if all outputs share the points)."""
@@ -84,11 +84,16 @@ class Displacements:
 
 
 def _product(rows: Array, columns: Array) -> Array:
-    """Return each row (b, k) times its own (b, k, n), or times the one that all share."""
-    if len(columns) == 1:
-        result: Array = rows @ columns[0]
-        return result
-    result = (rows[:, None, :] @ columns)[:, 0]
+    """Return rows (b, k) times columns (G, k, n): those that all share (G = 1) or each its own.
+
+    With b a multiple of G the rows are several stacks of G.
+    """
+    groups, size, n = columns.shape
+    result: Array
+    if groups == 1:
+        result = rows @ columns[0]
+    else:
+        result = (rows.reshape(-1, groups, 1, size) @ columns).reshape(-1, n)
     return result
 
 

@@ -11,6 +11,10 @@ from irlpilco_ros.learning.gaussian import Array, Moments, Pullback
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.moment_matching import Method, match_moments
 from irlpilco_ros.learning.posterior import Posterior, condition
+from irlpilco_ros.learning.sparse import condition_sparse, spread_points
+
+MAX_EXACT_POINTS = 300
+"""Points beyond which the model becomes sparse: about the thesis's 15 trials and some more."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class DynamicsModel:
         hyperparameters: Hyperparameters,
         prior_mean: Array | None = None,
         threads: int = 1,
+        max_exact_points: int = MAX_EXACT_POINTS,
     ) -> DynamicsModel:
         """Return the model for given hyperparameters: no search, one factorisation per output.
 
@@ -51,18 +56,35 @@ class DynamicsModel:
             hyperparameters: Of E outputs and P inputs.
             prior_mean: A, of shape (E, P); None for a zero mean.
             threads: How many threads may work, now and in predictions.
+            max_exact_points: With more points than this the model is sparse (FITC), with this
+                many inducing points chosen to cover the data, so that the cost of a prediction
+                stops growing.
 
         Raises:
             InvalidSettingError: if shapes disagree or the data are not finite.
             NumericalError: if a kernel matrix is not positive definite whatever the jitter.
         """
-        prior = (
-            np.zeros(hyperparameters.log_lengthscales.shape) if prior_mean is None else prior_mean
-        )
+        shape = hyperparameters.log_lengthscales.shape
+        prior = np.zeros(shape) if prior_mean is None else prior_mean
         check_data(inputs, targets, prior)
-        posterior = condition(inputs, targets - inputs @ prior.T, hyperparameters, threads)
+        residuals = targets - inputs @ prior.T
+        notes: tuple[str, ...] = ()
+        if len(inputs) <= max_exact_points:
+            posterior = condition(inputs, residuals, hyperparameters, threads)
+        else:
+            inducing = inputs[spread_points(inputs, max_exact_points)]
+            posterior = condition_sparse(
+                inputs, residuals, hyperparameters, inducing[None], threads=threads
+            )
+            notes = (f"sparse model: {len(inducing)} inducing points for {len(inputs)} points",)
         return DynamicsModel(
-            inputs, targets, hyperparameters, prior, posterior, posterior.notes, threads
+            inputs,
+            targets,
+            hyperparameters,
+            prior,
+            posterior,
+            notes + posterior.notes,
+            threads,
         )
 
     def predict(

@@ -11,6 +11,7 @@ import numpy as np
 
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array, symmetric
+from irlpilco_ros.learning.threads import scratch
 
 _SMALL = 6  # below this size LAPACK's general inverse is as fast as splitting further
 _FIRST_JITTER = 1e-10
@@ -39,12 +40,18 @@ def _invert_triangle(factor: Array, result: Array) -> None:
     np.matmul(result[..., half:, half:], -corner, out=result[..., half:, :half])
 
 
-def regularised_inverse(covariance: Array, diagonals: Array) -> tuple[Array, Array]:
+def diagonals(stack: Array) -> Array:
+    """Return a view of the diagonals (k, n) of a contiguous stack of matrices (k, n, n)."""
+    size = stack.shape[-1]
+    return stack.reshape(-1, size * size)[:, :: size + 1]
+
+
+def regularised_inverse(covariance: Array, regulariser: Array) -> tuple[Array, Array]:
     """Return (S + diag(d))^-1 and log |I + S diag(d)^-1| for several d at once.
 
     Args:
         covariance: S, of shape (P, P), positive semi-definite (it may be zero).
-        diagonals: d > 0, of shape (k, P).
+        regulariser: d > 0, of shape (k, P).
 
     Returns:
         Inverses of shape (k, P, P) and log determinants of shape (k,).
@@ -52,11 +59,10 @@ def regularised_inverse(covariance: Array, diagonals: Array) -> tuple[Array, Arr
     Raises:
         NumericalError: if S + diag(d) is not positive definite.
     """
-    scale = 1.0 / np.sqrt(diagonals)
+    scale = 1.0 / np.sqrt(regulariser)
     scales = scale[:, :, None] * scale[:, None, :]
-    scaled = covariance * scales
-    size = covariance.shape[-1]
-    scaled[:, range(size), range(size)] += 1.0
+    scaled = np.multiply(covariance, scales, out=scratch("scaled", scales.shape))
+    diagonals(scaled)[...] += 1.0
     try:
         factor = np.linalg.cholesky(scaled)
     except np.linalg.LinAlgError:
@@ -65,8 +71,10 @@ def regularised_inverse(covariance: Array, diagonals: Array) -> tuple[Array, Arr
             "the covariance of the dynamics model's input is not positive semi-definite: its "
             f"smallest eigenvalue is {smallest:.3g}, expected at least 0; pass a covariance"
         ) from None
-    log_determinant = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
-    inverse_factor = triangular_inverse(factor)
+    log_determinant = 2.0 * np.log(diagonals(factor)).sum(axis=1)
+    inverse_factor = scratch("scaled", factor.shape)
+    inverse_factor[...] = 0.0
+    _invert_triangle(factor, inverse_factor)
     inverse = np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor, out=factor)
     inverse *= scales
     return inverse, log_determinant
@@ -88,10 +96,11 @@ def jittered_cholesky(matrix: Array, scale: float) -> tuple[Array, float]:
     jitter = 0.0
     while jitter <= _LAST_JITTER:
         lifted = matrix + (jitter * scale) * np.eye(len(matrix)) if jitter else matrix
+        factor: Array
         try:
-            factor: Array = np.linalg.cholesky(lifted)
+            factor = np.linalg.cholesky(lifted)
         except np.linalg.LinAlgError:
-            factor = np.full_like(matrix, np.nan)
+            factor = np.full(matrix.shape, np.nan)
         if np.isfinite(factor[-1, -1]):
             return factor, jitter
         jitter = max(10.0 * jitter, _FIRST_JITTER)

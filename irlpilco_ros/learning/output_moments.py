@@ -26,8 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.learning.displacements import Displacements
-from irlpilco_ros.learning.gaussian import Array
-from irlpilco_ros.learning.linear_algebra import regularised_inverse
+from irlpilco_ros.learning.gaussian import Array, symmetric
+from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import scratch
 
@@ -44,7 +44,7 @@ class OutputMoments:
         mean: M, of shape (b,).
         variance: v, of shape (b,).
         jacobian: V, of shape (b, P).
-        hessian: Hess, of shape (b, P, P).
+        hessian: Hess, of shape (b, P, P); empty without gradient.
         precision: P1, of shape (b, P, P).
         shares: q, of shape (b, n).
         variance_by_mean: dv/dm, of shape (b, P); empty without gradient.
@@ -110,47 +110,58 @@ def output_moments(
         covariance, np.concatenate([squares, 0.5 * squares])
     )
     precisions[count:] *= 0.5
+    forms = displacements.quadratic_forms(precisions)
     log_signal = np.log(posterior.signal_variance[group])
-    forms = displacements.quadratic_forms(precisions[:count])
-    forms *= -0.5
-    forms += (log_signal - 0.5 * log_determinants[:count])[:, None]
-    np.maximum(forms, SMALLEST_EXPONENT, out=forms)
-    shares = posterior.weights[group] * np.exp(forms)
 
+    exponents = -0.5 * forms[:count]
+    exponents += (log_signal - 0.5 * log_determinants[:count])[:, None]
+    np.maximum(exponents, SMALLEST_EXPONENT, out=exponents)
+    shares = posterior.weights[group] * np.exp(exponents)
     mean = shares.sum(axis=1)
-    precision = precisions[:count]
-    jacobian = (precision @ displacements.first_moments(shares)[:, :, None])[:, :, 0]
-    hessian = precision @ displacements.second_moments(shares) @ precision
-    hessian -= mean[:, None, None] * precision
 
+    offsets = log_signal - 0.25 * log_determinants[count:]
     sums = _pair_sums(
-        posterior,
-        group,
-        displacements,
-        precisions[count:],
-        log_signal - 0.25 * log_determinants[count:],
-        gradient,
+        posterior, group, displacements, precisions[count:], forms[count:], offsets, gradient
     )
     variance = sums.total + posterior.signal_variance[group] - mean**2
+    return _with_derivatives(displacements, precisions, shares, sums, mean, variance, gradient)
+
+
+def _with_derivatives(
+    displacements: Displacements,
+    precisions: Array,
+    shares: Array,
+    sums: _PairSums,
+    mean: Array,
+    variance: Array,
+    gradient: bool,
+) -> OutputMoments:
+    """Put the moments together, given P1 and P2 stacked, q, and the sums over Q."""
+    count = len(mean)
+    weights = np.concatenate([shares, sums.rows]) if gradient else shares
+    turns = precisions[: len(weights)]
+    first = (turns @ displacements.first_moments(weights)[:, :, None])[:, :, 0]
+    jacobian, hessian = first[:count], np.empty((count, 0, 0))
     by_mean, by_covariance = np.empty((count, 0)), np.empty((count, 0, 0))
     if gradient:
-        turn = precisions[count:]
-        by_mean = 2.0 * (turn @ displacements.first_moments(sums.rows)[:, :, None])[:, :, 0]
-        by_mean -= (2.0 * mean)[:, None] * jacobian
-        moment = sums.moment + displacements.second_moments(sums.rows)
-        by_covariance = turn @ moment @ turn
-        by_covariance -= sums.total[:, None, None] * turn
+        moments = displacements.second_moments(weights)
+        moments[count:] += sums.moment
+        second = turns @ moments @ turns
+        hessian, by_covariance = second[:count], second[count:]
+        hessian -= mean[:, None, None] * precisions[:count]
+        by_mean = 2.0 * (first[count:] - mean[:, None] * jacobian)
+        by_covariance -= sums.total[:, None, None] * precisions[count:]
         by_covariance -= mean[:, None, None] * hessian
     return OutputMoments(
-        displacements,
-        mean,
-        variance,
-        jacobian,
-        hessian,
-        precision,
-        shares,
-        by_mean,
-        by_covariance,
+        displacements=displacements,
+        mean=mean,
+        variance=variance,
+        jacobian=jacobian,
+        hessian=hessian,
+        precision=precisions[:count],
+        shares=shares,
+        variance_by_mean=by_mean,
+        variance_by_covariance=by_covariance,
     )
 
 
@@ -174,28 +185,33 @@ def _pair_sums(
     group: slice,
     displacements: Displacements,
     precision: Array,
+    forms: Array,
     offsets: Array,
     gradient: bool,
 ) -> _PairSums:
-    """Return the sums over Q, given P2 and log s^2 - 1/4 log|I + 2S/Lambda|."""
+    """Return the sums over Q, given P2, z_i'P2 z_i and log s^2 - 1/4 log|I + 2S/Lambda|."""
+    left, right, clip = _exponent_factors(
+        1.0 / posterior.lengthscales_squared[group], displacements, precision, forms, offsets
+    )
     count, size = precision.shape[:2]
-    n = displacements.z.shape[2]
-    left, right, clip = _exponent_factors(posterior, group, displacements, precision, offsets)
+    n = forms.shape[1]
     pair_weights = posterior.pair_weights[group]
     rows = np.zeros((count, n))
     products = scratch("products", (count, size + 1, n))
     products[...] = 0.0
     for start, stop in posterior.strips:
-        # exp(e_i + e_j + z_i'G z_j) for the strip's rows i and all columns j from its start on
+        # The strip's rows, and all columns from its first row's on.
         pairs = scratch("pairs", (count, stop - start, n - start))
         np.matmul(np.swapaxes(left[:, :, start:stop], 1, 2), right[:, :, start:], out=pairs)
         if clip:
             np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
         np.exp(pairs, out=pairs)
         pairs *= pair_weights[:, start:stop, start:]
-        rows[:, start:stop] = pairs.sum(axis=2)
+        np.sum(pairs, axis=2, out=rows[:, start:stop])
         if gradient:
-            products[:, :, start:] += displacements.z[:, :, start:stop] @ pairs
+            part = scratch("part", (count, size + 1, n - start))
+            np.matmul(displacements.z[:, :, start:stop], pairs, out=part)
+            products[:, :, start:] += part
     total = rows.sum(axis=1)
     if not gradient:
         return _PairSums(total, np.empty((count, 0)), np.empty((count, 0, 0)))
@@ -203,14 +219,14 @@ def _pair_sums(
     rows += products[:, size]
     rows *= 0.5
     moment = products[:, :size] @ np.swapaxes(displacements.z[:, :size], 1, 2)
-    return _PairSums(total, rows, 0.5 * (moment + np.swapaxes(moment, 1, 2)))
+    return _PairSums(total, rows, symmetric(moment))
 
 
 def _exponent_factors(
-    posterior: Posterior,
-    group: slice,
+    inverse_squares: Array,
     displacements: Displacements,
     precision: Array,
+    forms: Array,
     offsets: Array,
 ) -> tuple[Array, Array, bool]:
     """Return [GZ'; e; 1] and [Z'; 1; e], whose product is e_i + e_j + z_i'G z_j.
@@ -219,13 +235,11 @@ def _exponent_factors(
     """
     count, size = precision.shape[:2]
     z = displacements.z
-    inverse_squares = 1.0 / posterior.lengthscales_squared[group]
     distances = displacements.scaled_distances(inverse_squares)
-    exponents = distances + displacements.quadratic_forms(precision)
-    exponents *= -0.25
+    exponents = -0.25 * (distances + forms)
     exponents += offsets[:, None]
     g = -0.5 * precision
-    g[:, range(size), range(size)] += 0.5 * inverse_squares
+    diagonals(g)[...] += 0.5 * inverse_squares
     shape = (count, size + 2, z.shape[2])
     left, right = scratch("left", shape), scratch("right", shape)
     np.matmul(g, z[:, :size], out=left[:, :size])

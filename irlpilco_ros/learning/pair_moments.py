@@ -14,14 +14,13 @@ With D = Lambda^-1 of each output, L = D_a + D_b, K = (S + L^-1)^-1 and T = L^-1
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.gaussian import Array
-from irlpilco_ros.learning.linear_algebra import regularised_inverse
+from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, OutputMoments
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
@@ -164,7 +163,7 @@ def _exponentials(
     """Return exp(e_ai + e_bj + z_i'D_a T D_b z_j), of shape (b, n, n), in scratch memory."""
     t = -inverse[:, :, None] * k * inverse[:, None, :]
     count, size = inverse.shape
-    t[:, range(size), range(size)] += inverse
+    diagonals(t)[...] += inverse
     factors = []
     lowest = 0.0
     for outputs, d, z in ((block.a, block.d_a, block.z_a), (block.b, block.d_b, block.z_b)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -64,13 +65,13 @@ class Posterior:
         n = self.weights.shape[1]
         count = min(_GROUPS, self.outputs) if self.outputs * n * n > _WORTH_SHARING else 1
         edges = np.linspace(0, self.outputs, count + 1).astype(int)
-        return tuple(slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True))
+        return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(edges))
 
 
 def strips(n: int) -> tuple[tuple[int, int], ...]:
     """Cut n rows into strips of about equal height."""
     edges = np.linspace(0, n, max(1, round(n / _STRIP)) + 1).astype(int)
-    return tuple((int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True))
+    return tuple((int(a), int(b)) for a, b in itertools.pairwise(edges))
 
 
 def condition(

@@ -10,7 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from irlpilco_ros.learning.dynamics_model import DynamicsModel, check_data
+from irlpilco_ros.learning.dynamics_model import (
+    MAX_EXACT_POINTS,
+    DynamicsModel,
+    check_data,
+)
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.evidence import curb, negative_log_evidence
 from irlpilco_ros.learning.gaussian import Array
@@ -72,6 +76,7 @@ def train(
     threads: int = 2,
     progress: Callable[[float], None] | None = None,
     max_evaluations: int = 300,
+    max_exact_points: int = MAX_EXACT_POINTS,
 ) -> DynamicsModel:
     """Find the hyperparameters that maximise the evidence, and condition the model on the data.
 
@@ -85,6 +90,9 @@ def train(
         progress: Called with the fraction done, 0..1, from the threads that work, one call at a
             time; may raise to cancel.
         max_evaluations: Of the evidence, for each output.
+        max_exact_points: With more points than this, the hyperparameters come from this many
+            points, evenly spread over the data in their order, and the model is sparse: see
+            `DynamicsModel.condition`.
 
     Raises:
         InvalidSettingError: if shapes disagree or the data are not finite.
@@ -96,11 +104,13 @@ def train(
     residuals = targets - inputs @ prior.T
     scales = _Scales.of(inputs, residuals)
     start = scales.start() if warm_start is None else _stack(warm_start, outputs, size)
+    chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_exact_points)).astype(int)
+    points, values = inputs[chosen], residuals[chosen]
     report = _Progress(progress, outputs)
 
     def one_output(a: int) -> Array:
         found = _maximise_evidence(
-            inputs, residuals[:, a], start[a], scales.inputs, scales.bounds(a), max_evaluations
+            points, values[:, a], start[a], scales.inputs, scales.bounds(a), max_evaluations
         )
         report.step()
         return found
@@ -108,7 +118,9 @@ def train(
     with one_blas_thread():
         found = np.array(run_parallel(one_output, range(outputs), threads))
     hyperparameters = Hyperparameters(found[:, :size], found[:, size], found[:, size + 1])
-    return DynamicsModel.condition(inputs, targets, hyperparameters, prior, threads)
+    return DynamicsModel.condition(
+        inputs, targets, hyperparameters, prior, threads, max_exact_points
+    )
 
 
 def _maximise_evidence(
