@@ -29,8 +29,8 @@ _PUBLIC = {"control_limit": "velocity_limit"}
 _PRIVATE = {public: private for private, public in _PUBLIC.items()}
 # What a row of each matrix belongs to; from it and the length follows the shape.
 _ROW_PER_CONTROL = ("weights", "phase_weights")
-_COLUMN_PER_CONTROL = ("controls",)
-_COLUMN_PER_STATE = ("centres",)
+_COLUMN_PER_CONTROL = ("controls", "targets")
+_COLUMN_PER_STATE = ("centres", "log_widths")
 
 
 def parameter_types() -> dict[str, type]:

@@ -20,43 +20,26 @@ import io
 import os
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-import yaml
 
-from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.bag_reader import messages_digest, read_bag
+from irlpilco_ros.experience.configuration import (
+    differing_keys,
+    read_configuration,
+    write_configuration,
+)
 from irlpilco_ros.experience.durable import sync_tree, write_atomically
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow, append_metrics, read_metrics
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
 from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.experience.trials import Trial, find_trials, numbered_bags
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.rollout import Rollout
-
-# Commands travel as float64 and policies are written with all their digits; what remains is the
-# rounding of another BLAS.
-SAME_COMMAND = 1e-9  # [rad/s]
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One whole trial of a run.
-
-    Attributes:
-        number: Number of its bag.
-        path: Its bag.
-        rollout: What happened.
-    """
-
-    number: int
-    path: Path
-    rollout: Rollout
 
 
 class RunDirectory:
@@ -70,6 +53,11 @@ class RunDirectory:
         """Name a run directory; nothing is touched."""
         self.path = Path(path).absolute()
         self._lock: int | None = None
+
+    @property
+    def configuration_file(self) -> Path:
+        """What the run was begun with."""
+        return self.path / "config.yaml"
 
     @property
     def demonstration_directory(self) -> Path:
@@ -155,13 +143,7 @@ class RunDirectory:
         Raises:
             RunDirectoryError: this is no run directory.
         """
-        try:
-            content = yaml.safe_load((self.path / "config.yaml").read_text(encoding="utf-8"))
-        except OSError as error:
-            raise RunDirectoryError(f"{self.path} is no run directory: {error}") from error
-        if not isinstance(content, dict):
-            raise RunDirectoryError(f"{self.path / 'config.yaml'} holds no keys")
-        return content
+        return read_configuration(self.configuration_file)
 
     def demonstration(self) -> Trajectory:
         """Return the demonstration."""
@@ -210,18 +192,7 @@ class RunDirectory:
             joints: Joints of the run, in order.
             horizon: Control periods of a trial.
         """
-        policies = self._policies()
-        found: dict[int, Trial] = {}
-        for number, path in self.trial_bags():
-            try:
-                rollout = read_bag(path).rollout(joints, horizon)
-            except BagError:
-                continue
-            for iteration, policy in policies.items():
-                if iteration not in found and ran(policy, rollout):
-                    found[iteration] = Trial(number, path, rollout)
-                    break
-        return found
+        return find_trials(self.trial_bags(), self._policies(), joints, horizon)
 
     def trial_bags(self) -> list[tuple[int, Path]]:
         """Return number and path of every trial's bag that was not discarded, whole or not."""
@@ -307,17 +278,15 @@ class RunDirectory:
         self._lock = lock
 
     def _claim_configuration(self, configuration: Mapping[str, Any]) -> None:
-        wanted = {key: _plain(value) for key, value in configuration.items()}
-        if not (self.path / "config.yaml").exists():
+        if not self.configuration_file.exists():
             if self.trial_bags() or self.metrics_file.exists():
                 raise RunDirectoryError(
                     f"{self.path} holds trials but no config.yaml; it is no run that could go "
                     "on. Choose another run directory"
                 )
-            text = yaml.safe_dump(wanted, sort_keys=True, default_flow_style=None, width=100)
-            write_atomically(self.path / "config.yaml", text.encode())
+            write_configuration(self.configuration_file, configuration)
             return
-        differences = _differences(self.configuration(), wanted)
+        differences = differing_keys(self.configuration(), configuration)
         if differences:
             raise RunDirectoryError(
                 f"{self.path} was begun with another configuration: {'; '.join(differences)}. "
@@ -342,51 +311,3 @@ class RunDirectory:
                 f"the copy in {copy}. Choose another run directory, or the demonstration of "
                 "before"
             )
-
-
-def numbered_bags(directory: Path) -> list[tuple[int, Path]]:
-    """Return number and path of the bags NNN in a directory, in order.
-
-    Discarded and recovered bags, whose names have a suffix, are left out.
-    """
-    if not directory.is_dir():
-        return []
-    bags = (entry for entry in directory.iterdir() if entry.is_dir() and entry.name.isdigit())
-    return sorted((bag_number(entry), entry) for entry in bags)
-
-
-def ran(policy: Policy, rollout: Rollout) -> bool:
-    """Whether a rollout's controls are those of the policy on the rollout's states."""
-    if not rollout.commanded or len(policy.control_limit) != rollout.controls.shape[1]:
-        return False
-    return all(
-        np.abs(policy.act(state, step) - control).max() <= SAME_COMMAND
-        for step, (state, control) in enumerate(
-            zip(rollout.states[:-1], rollout.controls, strict=True)
-        )
-    )
-
-
-def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Say which keys differ, and how."""
-    found = []
-    for key in sorted({*before, *now}):
-        old, new = before.get(key, "not there"), now.get(key, "not there")
-        if old != new:
-            found.append(f"{key} was {old}, now {new}")
-    return found
-
-
-def _plain(value: Any) -> Any:
-    """Return the value as YAML would give it back."""
-    return yaml.safe_load(yaml.safe_dump(_listed(value)))
-
-
-def _listed(value: Any) -> Any:
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, Mapping):
-        return {str(key): _listed(each) for key, each in value.items()}
-    return [_listed(each) for each in value] if isinstance(value, tuple | list) else value

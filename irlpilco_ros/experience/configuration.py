@@ -1,0 +1,57 @@
+"""config.yaml: what a run was begun with, and whether it is still the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from irlpilco_ros.experience.durable import write_atomically
+from irlpilco_ros.experience.errors import RunDirectoryError
+
+_ABSENT = "not there"
+
+
+def write_configuration(path: Path, configuration: Mapping[str, Any]) -> None:
+    """Write a configuration: name -> number, word, list or mapping; numpy's are fine."""
+    text = yaml.safe_dump(_plain(configuration), sort_keys=True, default_flow_style=None, width=100)
+    write_atomically(path, text.encode())
+
+
+def read_configuration(path: Path) -> dict[str, Any]:
+    """Return a configuration.
+
+    Raises:
+        RunDirectoryError: the file is not there or holds no keys.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, yaml.YAMLError) as error:
+        raise RunDirectoryError(f"{path.parent} is no run directory: {error}") from error
+    if not isinstance(content, dict):
+        raise RunDirectoryError(f"{path} holds no keys")
+    return content
+
+
+def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """Return one phrase for every key that differs: which, what it was and what it is now."""
+    old, new = _plain(before), _plain(now)
+    return [
+        f"{key} was {old.get(key, _ABSENT)}, now {new.get(key, _ABSENT)}"
+        for key in sorted({*old, *new})
+        if old.get(key, _ABSENT) != new.get(key, _ABSENT)
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """Return the value as YAML gives it back."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, tuple | list) else value
