@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import IO, Any
 
 import rclpy
+import yaml
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.context import Context
@@ -185,16 +186,14 @@ class RosGraph:
             node_name: Name to wait for.
             wait: False to return at once.
         """
+        name = node_name or module.rsplit(".", 1)[-1].removesuffix("_node")
         command = [sys.executable, "-m", module, "--ros-args", *arguments]
-        for file in files:
+        for file in [*files, *self._parameters_file(name, parameters or {})]:
             command += ["--params-file", str(REPOSITORY / file)]
-        for name, value in (parameters or {}).items():
-            command += ["-p", f"{name}:={_yaml(value)}"]
         if namespace:
             command += ["-r", f"__ns:={namespace}"]
         process = self.run(command, log=f"{module.rsplit('.', 1)[-1]}_{len(self.processes)}.log")
         if wait:
-            name = node_name or module.rsplit(".", 1)[-1].removesuffix("_node")
             self.wait_for_node(name, process)
         return process
 
@@ -291,6 +290,18 @@ class RosGraph:
         answer = self.call(GetParameters, f"{node_name}/get_parameters", request)
         return parameter_value_to_python(answer.values[0])
 
+    def _parameters_file(self, name: str, parameters: Mapping[str, Any]) -> list[Path]:
+        """Write parameters for a node of this name.
+
+        Given by `-p` they would lose against what a file says of this very node.
+        """
+        if not parameters:
+            return []
+        path = self.folder / f"{name}_{len(self.processes)}.yaml"
+        plain = {key: _plain(value) for key, value in parameters.items()}
+        path.write_text(yaml.safe_dump({f"/**/{name}": {"ros__parameters": plain}}))
+        return [path]
+
     def _spin(self) -> None:
         with contextlib.suppress(ExternalShutdownException):
             self._executor.spin()
@@ -316,14 +327,3 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     return list(value) if isinstance(value, tuple) else value
-
-
-def _yaml(value: Any) -> str:
-    """A parameter value as the command line wants it."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_yaml(element) for element in value) + "]"
-    if isinstance(value, str):
-        return f"'{value}'"
-    return repr(float(value)) if isinstance(value, float) else str(value)
