@@ -13,8 +13,11 @@ from dataclasses import dataclass
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
 
-MEMORY = 2 * NANOSECONDS
-"""How long a state waits for its command, or a command for its state, in message time [ns]."""
+MEMORY = 20 * NANOSECONDS
+"""How long a state waits for its command, or a command for its state, in message time [ns].
+
+Long, because a simulation may run far ahead of a busy recorder, and one queue ahead of the other.
+"""
 
 _RESET = NANOSECONDS  # stamps that jump back by more than this are another clock's [ns]
 _EARLY = NANOSECONDS // 1000  # a state this much before its time [ns] counts as in time

@@ -23,10 +23,10 @@ JOINT_STATES_SUB = _profile(10, reliable=False)
 JOINT_COMMAND = _profile(1)
 """Commands: reliable, only the newest counts."""
 
-COMMAND_RECORDING = _profile(500)
+COMMAND_RECORDING = _profile(5000)
 """How the recorder listens to commands: reliable, and a busy disk must not cost one."""
 
-STATE_RECORDING = _profile(500, reliable=False)
+STATE_RECORDING = _profile(5000, reliable=False)
 """How the recorder listens to joint states: like everybody, but here an old one counts too."""
 
 CLOCK = _profile(1, reliable=False)
