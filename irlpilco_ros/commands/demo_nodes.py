@@ -20,6 +20,9 @@ SERVICES = (
 )
 """A service of each node: when all are there, the nodes are ready."""
 
+LOCKSTEP_TIMEOUT = 5.0
+"""How long a simulation in lockstep may be silent before the controller stops the robot [s]."""
+
 
 def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the simulated robot."""
@@ -70,11 +73,15 @@ def start_nodes(
     # A parameter file may have a section of its own for the learner; only this outweighs it.
     learner += _values({"learner:seed": arguments.seed, "learner:run_directory": run_directory})
     simulator = [*robot, *_values(_simulation_parameters(arguments))]
+    controller = list(robot)
+    if arguments.real_time_factor is None:
+        # In lockstep the robot stands still in time while a busy computer keeps it silent.
+        controller += _values({"state_timeout": LOCKSTEP_TIMEOUT})
     for module, options in (
         ("sim_bridge.baxter_simulator_node", simulator),
         ("sim_bridge.demonstrator_node", robot),
         ("irlpilco_ros.nodes.demonstration_recorder", robot),
-        ("irlpilco_ros.nodes.controller", robot),
+        ("irlpilco_ros.nodes.controller", controller),
         ("irlpilco_ros.nodes.learner", learner),
     ):
         name = module.rpartition(".")[2].removesuffix("_node")
