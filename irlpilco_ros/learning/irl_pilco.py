@@ -102,7 +102,9 @@ def learn(
 def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> tuple[Array, float]:
     """Return cost weights (k,) and margin from all trials so far (thesis (4.5)-(4.6)).
 
-    Features of different units are made comparable by `task.feature_scale` first.
+    Features of different units are made comparable by `task.feature_scale` first. Weights are
+    lifted to `settings.weight_floor` of the largest one: pure max-margin all but ignores what
+    the last trial did well, and the next one then does it badly.
     """
     factors = discounts(settings.discount, task.horizon)
     reference = task.reference_features()
@@ -113,7 +115,9 @@ def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> 
             deviations.append((factors @ difference) ** 2)
         else:
             deviations.append(factors @ difference**2)
-    return WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
+    weights, margin = WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
+    lifted = np.maximum(weights, settings.weight_floor * weights.max())
+    return lifted / np.linalg.norm(lifted), margin
 
 
 def imitation_objective(

@@ -32,7 +32,7 @@ class LearningSettings:
         choices=("linear_phase", "linear", "rbf"),
     )
     phase_count: int = setting(
-        8, "Number of feed-forward bumps over the trial (linear_phase).", minimum=1, maximum=1000
+        16, "Number of feed-forward bumps over the trial (linear_phase).", minimum=1, maximum=1000
     )
     rbf_count: int = setting(10, "Number of radial basis functions (rbf).", minimum=1, maximum=1000)
     initial_policy: str = setting(
@@ -46,7 +46,7 @@ class LearningSettings:
         choices=("gauss_newton", "lbfgs"),
     )
     evaluations: int = setting(
-        40, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000
+        16, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000
     )
     starts: tuple[str, ...] = setting(
         ("last", "zero"),
@@ -66,6 +66,12 @@ class LearningSettings:
         "max_margin",
         "How cost weights follow from the trials so far.",
         choices=("max_margin", "projection", "latest", "uniform"),
+    )
+    weight_floor: float = setting(
+        0.1,
+        "Smallest cost weight relative to the largest, so that no feature is forgotten.",
+        minimum=0.0,
+        maximum=1.0,
     )
     margin_tolerance: float = setting(
         0.0, "The task counts as learned when the margin is at most this (epsilon).", minimum=0.0

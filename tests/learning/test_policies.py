@@ -1,0 +1,214 @@
+import numpy as np
+import pytest
+from block_checks import (
+    assert_close,
+    check_golden_block,
+    check_monte_carlo,
+    check_pullback,
+    contract,
+    golden_cases,
+    random_bars,
+    random_gaussian,
+    reference_bars,
+    slope,
+)
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.policies import (
+    KINDS,
+    LinearPhasePolicy,
+    LinearPolicy,
+    OpenLoopPolicy,
+    RbfPolicy,
+    from_arrays,
+)
+from irlpilco_ros.learning.policies.linear_phase import phase_features
+
+D, F, H = 4, 2, 6
+LIMIT = np.array([1.5, 0.4])
+
+
+def make(kind):
+    rng = np.random.default_rng(0)
+    if kind == "linear":
+        return LinearPolicy(rng.standard_normal((F, D)), rng.standard_normal(F), LIMIT)
+    if kind == "linear_phase":
+        return LinearPhasePolicy(rng.standard_normal((F, D)), rng.standard_normal((F, 3)), H, LIMIT)
+    if kind == "open_loop":
+        return OpenLoopPolicy(rng.uniform(-0.4, 0.4, (H, F)), LIMIT, D)
+    rows = {"rbf": F, "rbf_shared": 1}[kind]
+    return RbfPolicy(
+        rng.standard_normal((7, D)),
+        rng.standard_normal((7, F)),
+        rng.uniform(0.0, 0.8, (rows, D)),
+        LIMIT,
+    )
+
+
+ALL = ["linear", "linear_phase", "open_loop", "rbf", "rbf_shared"]
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_acting_is_the_mean_control_without_spread(kind):
+    policy, state = make(kind), np.array([0.1, -0.5, 0.9, 0.2])
+    moments, pullback = policy.moments(Gaussian(state, np.zeros((D, D))), 2, gradient=False)
+    assert pullback is None
+    np.testing.assert_allclose(policy.act(state, 2), moments.mean, rtol=1e-14)
+    assert (np.abs(policy.act(100 * state, 2)) <= LIMIT * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("kind", ["linear", "linear_phase"])
+def test_moments_against_monte_carlo(kind):
+    policy, state = make(kind), random_gaussian(np.random.default_rng(1), D, 0.3)
+    moments, _ = policy.moments(state, 2)
+    check_monte_carlo(
+        moments, state, lambda x: np.stack([policy.act(row, 2) for row in x]), samples=20_000
+    )
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_gradient_by_the_state(kind):
+    policy = make(kind)
+    check_pullback(lambda at: policy.moments(at, 3), random_gaussian(np.random.default_rng(2), D))
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_gradient_by_the_parameters(kind):
+    rng = np.random.default_rng(3)
+    policy, state = make(kind), random_gaussian(np.random.default_rng(2), D)
+    moments, pullback = policy.moments(state, 3)
+    bars = random_bars(rng, moments)
+    gradient = pullback(*bars)[2]
+    for _ in range(4):
+        change = 0.1 * rng.standard_normal(gradient.shape)
+
+        def along(h, change=change):
+            moved = policy.with_parameters(policy.parameters + h * change)
+            return contract(moved.moments(state, 3)[0], bars)
+
+        if kind == "open_loop":
+            change *= 0.0
+            change[6:8] = 0.01
+        assert_close(gradient @ change, slope(along), np.abs(gradient * change).sum())
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_mean_sensitivity_without_spread_is_exact(kind):
+    policy, state = make(kind), Gaussian(np.array([0.1, -0.5, 0.9, 0.2]), np.zeros((D, D)))
+    moments, pullback = policy.moments(state, 3)
+    nothing = np.zeros((F, F)), np.zeros((F, D))
+    expected = np.stack([pullback(row, *nothing)[2] for row in np.eye(F)])
+    np.testing.assert_allclose(policy.mean_sensitivity(state, 3), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["linear", "linear_phase"])
+def test_spread_curvature_is_the_hessian_of_priced_gains(kind):
+    """At a mean where squashing is nearly linear, the control's spread is quadratic in W."""
+    policy = make(kind)
+    policy = policy.with_parameters(1e-3 * policy.parameters)
+    state = Gaussian(np.zeros(D), random_gaussian(np.random.default_rng(4), D).covariance)
+    price = np.array([[2.0, 0.3], [0.3, 1.0]])
+    curvature = policy.spread_curvature(state, 2, price)
+    change = np.zeros_like(policy.parameters)
+    change[: F * D] = 1e-3 * np.random.default_rng(5).standard_normal(F * D)
+
+    def priced(h):
+        moved = policy.with_parameters(policy.parameters + h * change)
+        return float(np.sum(price * moved.moments(state, 2)[0].covariance))
+
+    second = priced(1.0) - 2.0 * priced(0.0) + priced(-1.0)
+    assert change @ curvature @ change == pytest.approx(second, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_round_trip_through_arrays(kind):
+    policy = make(kind)
+    again = from_arrays(policy.kind, policy.to_arrays())
+    state = np.array([0.1, -0.5, 0.9, 0.2])
+    assert again.kind in KINDS
+    np.testing.assert_array_equal(again.act(state, 1), policy.act(state, 1))
+    np.testing.assert_array_equal(again.parameters, policy.parameters)
+
+
+@pytest.mark.parametrize("kind", ALL)
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_no_policy_holds_a_number_that_is_not_finite(kind, bad):
+    policy = make(kind)
+    parameters = policy.parameters.copy()
+    parameters[1] = bad
+    with pytest.raises(InvalidSettingError, match="finite"):
+        policy.with_parameters(parameters)
+    arrays = dict(policy.to_arrays())
+    arrays["control_limit"] = np.array([1.0, bad])
+    with pytest.raises(InvalidSettingError, match="control_limit"):
+        from_arrays(policy.kind, arrays)
+
+
+def test_refusals_name_what_is_wrong():
+    arrays = make("linear").to_arrays()
+    with pytest.raises(InvalidSettingError, match="valid kinds: linear"):
+        from_arrays("quadratic", arrays)
+    with pytest.raises(InvalidSettingError, match="missing: bias"):
+        from_arrays("linear", {k: v for k, v in arrays.items() if k != "bias"})
+    with pytest.raises(InvalidSettingError, match="unknown: colour"):
+        from_arrays("linear", arrays | {"colour": 1.0})
+    with pytest.raises(InvalidSettingError, match=r"bias .* shape \(3,\)"):
+        from_arrays("linear", arrays | {"bias": np.zeros(3)})
+    with pytest.raises(InvalidSettingError, match="at least 0"):
+        from_arrays("linear", arrays | {"control_limit": -LIMIT})
+    with pytest.raises(InvalidSettingError, match="parameters"):
+        make("linear").with_parameters(np.zeros(3))
+    with pytest.raises(InvalidSettingError, match="limit is"):
+        OpenLoopPolicy(np.ones((H, F)), LIMIT, D)
+    with pytest.raises(InvalidSettingError, match="at least 1"):
+        from_arrays("linear_phase", make("linear_phase").to_arrays() | {"horizon": 0})
+    with pytest.raises(InvalidSettingError, match="log_widths"):
+        from_arrays("rbf", make("rbf").to_arrays() | {"log_widths": np.zeros((3, D))})
+
+
+def test_open_loop_stands_still_after_its_end():
+    np.testing.assert_array_equal(make("open_loop").act(np.zeros(D), H), np.zeros(F))
+
+
+@pytest.mark.parametrize(("count", "horizon"), [(1, 5), (4, 1), (8, 16), (16, 16)])
+def test_phase_features_sum_to_one(count, horizon):
+    for t in range(horizon + 2):
+        phase = phase_features(t, count, horizon)
+        assert phase.shape == (count,)
+        assert phase.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("conlin")))
+def test_linear_agrees_with_the_original(case, given, expected):
+    policy = LinearPolicy(given["w"], given["b"].ravel(), given["maxU"].ravel())
+    state = Gaussian(given["m"].ravel(), given["S"])
+    moments, pullback = policy.moments(state, 0)
+    bars = check_golden_block(moments, pullback, expected, "sq")
+    b_bar, w_bar = np.split(reference_bars(expected, bars, "sq", "p"), [len(policy.bias)])
+    found = pullback(*bars)[2]
+    size = policy.weights.size
+    np.testing.assert_allclose(found[size:], b_bar, rtol=1e-8)
+    w_bar = w_bar.reshape(policy.weights.shape, order="F").ravel()
+    np.testing.assert_allclose(found[:size], w_bar, rtol=1e-8, atol=1e-8 * np.abs(w_bar).max())
+
+
+@pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("congp")))
+def test_rbf_agrees_with_the_original(case, given, expected):
+    inputs = given["centers"].shape[1]
+    policy = RbfPolicy(
+        given["centers"], given["targets"], given["hyp"][:inputs].T, given["maxU"].ravel()
+    )
+    moments, pullback = policy.moments(Gaussian(given["m"].ravel(), given["S"]), 0)
+    bars = check_golden_block(moments, pullback, expected, "sq", tolerance=1e-6)
+    reference = reference_bars(expected, bars, "sq", "p")
+    hyp_bar, centres_bar, targets_bar = np.split(
+        reference, np.cumsum([given["hyp"].size, given["centers"].size])
+    )
+    hyp_bar = hyp_bar.reshape(given["hyp"].shape, order="F")[:inputs].T.ravel()
+    centres_bar = centres_bar.reshape(given["centers"].shape, order="F").ravel()
+    targets_bar = targets_bar.reshape(given["targets"].shape, order="F").ravel()
+    wanted = np.concatenate([centres_bar, targets_bar, hyp_bar])
+    np.testing.assert_allclose(
+        pullback(*bars)[2], wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max()
+    )
