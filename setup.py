@@ -1,7 +1,7 @@
 """Installs the package for colcon and for pip alike, in the layout that `ros2 run` looks for.
 
-The nodes are started by the small files in executables/, installed as data under
-lib/irlpilco_ros: pip would put entry points into bin/ only, where `ros2 run` does not look.
+The executables are small files that are installed as data under lib/irlpilco_ros: as entry points
+pip would put them into bin/ only, where `ros2 run` does not look.
 """
 
 from glob import glob
@@ -11,10 +11,6 @@ from setuptools import find_packages, setup
 NAME = "irlpilco_ros"
 
 setup(
-    name=NAME,
-    version="0.1.0",
-    description="One-shot apprenticeship learning (IRL/PILCO) for velocity-controlled robots",
-    license="Apache-2.0",
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge", "sim_bridge.*"]),
     package_data={
@@ -24,10 +20,11 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml", "LICENSE"]),
-        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/config", sorted(glob("config/*.*"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
         (f"lib/{NAME}", sorted(glob("executables/*"))),
     ],
+    # rclpy and the messages come from a ROS 2 that is installed, or from requirements/.
     install_requires=[
         "matplotlib",
         "mcap>=1.2",

@@ -107,7 +107,7 @@ def teach(values: dict[str, str], run: Path) -> list[ExecuteProcess]:
 
 def learn(values: dict[str, str], run: Path) -> list[ExecuteProcess]:
     """Return the steps that learn from the demonstration and make the report."""
-    irlpilco = ("python3", "-P", "-m", "irlpilco_ros.cli")
+    irlpilco = ("ros2", "run", PACKAGE, "irlpilco")
     options = ["--iterations", values["iterations"]]
     if values["namespace"]:
         options += ["--namespace", values["namespace"]]

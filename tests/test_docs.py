@@ -161,7 +161,7 @@ def test_the_irlpilco_commands_of_the_readme_are_understood():
 
 
 def test_the_executables_and_services_of_the_readme_exist():
-    executables = {path.name for path in (ROOT / "executables").iterdir()} | {"irlpilco"}
+    executables = {path.name for path in (ROOT / "executables").iterdir()}
     started = {line.split()[0] for line in commands(README, "ros2 run irlpilco_ros ")}
     assert started == executables
     for line in commands(README, "ros2 service call /"):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-EXECUTABLES = (
+NODES = (
     "demonstration_recorder",
     "learner",
     "controller",
@@ -73,10 +73,10 @@ def test_the_package_is_in_the_ament_index(prefix, environment, tmp_path):
     assert (prefix / "share/irlpilco_ros/package.xml").is_file()
 
 
-def test_every_node_has_an_executable_where_ros2_run_looks(prefix):
+def test_executables_are_where_ros2_run_looks(prefix):
     folder = prefix / "lib/irlpilco_ros"
     found = {path.name for path in folder.iterdir() if os.access(path, os.X_OK)}
-    assert found == set(EXECUTABLES)
+    assert found == {*NODES, "irlpilco"}
 
 
 def test_parameter_files_and_launch_files_are_installed(prefix, repository):
@@ -113,9 +113,11 @@ def test_every_file_of_the_packages_is_installed(prefix, source):
     assert files(site) == files(source)
 
 
-def test_the_command_is_on_the_path(prefix, environment, tmp_path):
-    command = prefix / "bin/irlpilco"
-    assert "demo" in run(command, "--help", env=environment, cwd=tmp_path)
+@pytest.mark.parametrize("command", ["bin/irlpilco", "lib/irlpilco_ros/irlpilco"])
+def test_the_command_is_on_the_path_and_where_ros2_run_looks(
+    prefix, environment, tmp_path, command
+):
+    assert "demo" in run(prefix / command, "--help", env=environment, cwd=tmp_path)
 
 
 def test_config_is_found_in_a_checkout(repository):
@@ -137,7 +139,7 @@ def test_the_very_files_of_ros2_run_start_their_nodes(ros, prefix, environment, 
             [str(prefix / "lib/irlpilco_ros" / name), "--ros-args", "--params-file", str(config)],
             log=f"{name}.log",
         )
-        for name in EXECUTABLES
+        for name in NODES
     }
     for name, process in nodes.items():
         ros.wait_for_node(name, process, timeout=30.0)
