@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from irlpilco_ros.report import style
 from irlpilco_ros.report.run_summary import DebrisCount
@@ -41,6 +42,7 @@ def debris_figure(count: DebrisCount) -> Figure:
         axes.set_xticks(places, list(count.counts), fontsize=9.0)
         axes.set_xlim(-0.5, len(table) - 0.25)
         axes.set_ylim(-0.03 * count.pieces, 1.03 * count.pieces)
+        axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
         axes.grid(False, axis="x")
         axes.set_ylabel(f"pieces in the pan, of {count.pieces}")
         return figure

@@ -84,7 +84,7 @@ def _panels(
         axes.set_title(style.pretty(run.joints[cell]))
         axes.set_title(f"{errors[cell]:.4f}", loc="right", fontsize=8.0, color=style.FAINT)
         axes.set_xlim(run.times[0], run.times[-1])
-        axes.xaxis.set_major_locator(MaxNLocator(4, integer=True, steps=[1, 2, 5, 10]))
+        axes.xaxis.set_major_locator(MaxNLocator(2, integer=True, steps=[1, 2, 4, 5, 10]))
     return figure, panels, free
 
 

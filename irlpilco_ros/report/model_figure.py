@@ -17,13 +17,13 @@ def relevance_figure(model: ModelSummary) -> Figure:
     """Draw the spread of the training data in length-scales, outputs by inputs.
 
     A cell of 1 says that the data span one length-scale of that input: the output bends with
-    it. At 0.01 the output is all but constant or linear in it.
+    it. Below 0.03 the output is all but constant or linear in it.
     """
     with style.look():
         height = max(0.172 * len(model.output_names) + 2.2, 3.4)
         figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
         axes = figure.subplots()
-        norm = LogNorm(vmin=0.01, vmax=3.0, clip=True)
+        norm = LogNorm(vmin=0.03, vmax=3.0, clip=True)
         colours: dict[str, Any] = {"cmap": style.SEQUENTIAL, "norm": norm}
         image = axes.pcolormesh(model.relevance, edgecolors="white", linewidth=0.4, **colours)
         axes.invert_yaxis()

@@ -114,7 +114,7 @@ def _tiles(run: RunSummary, debris: DebrisCount | None) -> str:
     if debris is not None:
         learned = list(debris.counts.values())[-1].mean()
         mean = f"{learned:.1f} <small>of {debris.pieces} pieces</small>"
-        tiles.append(("", f"debris in the pan, mean of {len(debris.seeds)}", mean))
+        tiles.append(("", f"debris in the pan, mean of {len(debris.seeds)} sweeps", mean))
     cells = "\n".join(
         f'<div class="{kind}"><dt>{name}</dt><dd>{value}</dd></div>' for kind, name, value in tiles
     )

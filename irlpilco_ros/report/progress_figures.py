@@ -10,6 +10,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from irlpilco_ros.report import style
 from irlpilco_ros.report.run_summary import RunSummary
 
+WIDE = 8.0
+"""Largest by smallest value from which on an axis is logarithmic."""
+
 
 def error_figure(run: RunSummary) -> Figure:
     """Draw the joint error of every trial [rad], beside replay and what the model expected."""
@@ -29,7 +32,7 @@ def error_figure(run: RunSummary) -> Figure:
             label = f"open-loop replay of the demonstration: {run.replay_rmse:.4f} rad"
             axes.axhline(run.replay_rmse, label=label, **style.REPLAY)
         axes.set_ylabel("joint error, RMS [rad]")
-        _log_scale(axes)
+        _wide_scale(axes, [*errors, *expected, run.replay_rmse])
         _iteration_axis(axes, run)
         _robot_time_axis(axes, run)
         axes.legend(loc="best")
@@ -50,8 +53,7 @@ def weights_figure(run: RunSummary) -> Figure:
         line = {**style.ROBOT, "color": style.INK, "linewidth": 1.5, "markersize": 5.0}
         right.plot([i.index for i in finite], [i.margin for i in finite], **line)
         right.set_ylabel("margin of the weights [rad²]")
-        if finite:
-            _log_scale(right)
+        _wide_scale(right, [i.margin for i in finite])
         _iteration_axis(right, run)
         right.set_title("margin")
         return figure
@@ -119,8 +121,12 @@ def _robot_time_axis(axes: Axes, run: RunSummary) -> None:
     top.spines[:].set_visible(False)
 
 
-def _log_scale(axes: Axes) -> None:
-    """Make the y axis logarithmic, with ticks at 1, 2, 5 written as plain numbers."""
+def _wide_scale(axes: Axes, values: list[float]) -> None:
+    """Begin the y axis at zero or, if the values differ by a factor, make it logarithmic."""
+    finite = [value for value in values if np.isfinite(value) and value > 0.0]
+    if not finite or max(finite) < WIDE * min(finite):
+        axes.set_ylim(bottom=0.0)
+        return
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

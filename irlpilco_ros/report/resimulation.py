@@ -36,8 +36,8 @@ KEPT_HEIGHT = 290
 """What is kept of the height, from the top [pixel]: below is table only."""
 FIELD_OF_VIEW = 32.0
 """Vertical, of the camera in front of the robot [degree]: arms, brush, debris and pan."""
-FRAME_STEP = 12
-"""Steps of 10 ms from picture to picture: the animation has 8.3 a second."""
+FRAME_STEP = 16
+"""Steps of 10 ms from picture to picture: the animation has 6.25 a second."""
 SHADOW_SIZE = 2048
 """Resolution of shadows [pixel]: without a graphics card, pictures are most of the time spent."""
 
@@ -114,8 +114,10 @@ def film(motion: GuidedMotion, seed: int) -> Film:
 
 
 def _simplify(model: Any) -> None:
-    """Look closer, at half the cost: smaller shadows and no mirror in the floor."""
+    """Look closer, at half the cost: coarser cylinders and shadows, no mirror in the floor."""
     model.vis.quality.shadowsize = SHADOW_SIZE
+    model.vis.quality.numslices = 14
+    model.vis.quality.numstacks = 8
     model.mat_reflectance[:] = 0.0
     model.camera(CAMERA).fovy[:] = FIELD_OF_VIEW
 

@@ -14,7 +14,7 @@ from irlpilco_ros.report.resimulation import PIECES, Film, can_resimulate, count
 from irlpilco_ros.report.run_summary import DebrisCount, RunSummary
 from sim_bridge.guided_motion import GuidedMotion
 
-DEBRIS_SEEDS = tuple(range(8))
+DEBRIS_SEEDS = tuple(range(6))
 FILM_SEED = 1
 
 NOT_THIS_ROBOT = (
