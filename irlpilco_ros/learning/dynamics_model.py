@@ -16,6 +16,8 @@ from irlpilco_ros.learning.sparse import condition_sparse, spread_points
 MAX_EXACT_POINTS = 300
 """Points beyond which the model becomes sparse: about the thesis's 15 trials and some more."""
 
+_LARGEST = 1e50  # squares of products of this still are numbers
+
 
 @dataclass(frozen=True)
 class DynamicsModel:
@@ -131,9 +133,10 @@ def check_data(inputs: Array, targets: Array, prior_mean: Array) -> None:
     if prior_mean.shape != expected:
         raise InvalidSettingError(f"prior_mean has shape {prior_mean.shape}; expected {expected}")
     for name, array in (("inputs", inputs), ("targets", targets)):
-        if not np.all(np.isfinite(array)):
-            row, column = np.argwhere(~np.isfinite(array))[0]
+        wrong = ~(np.abs(array) <= _LARGEST)
+        if np.any(wrong):
+            row, column = np.argwhere(wrong)[0]
             raise InvalidSettingError(
                 f"training {name} hold {array[row, column]} in row {row}, column {column}; "
-                "expected finite numbers: drop that sample"
+                f"expected finite numbers up to {_LARGEST:g}: drop that sample"
             )

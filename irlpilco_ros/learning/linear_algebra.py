@@ -98,7 +98,7 @@ def jittered_cholesky(matrix: Array, scale: float) -> tuple[Array, float]:
         lifted = matrix + (jitter * scale) * np.eye(len(matrix)) if jitter else matrix
         factor: Array
         try:
-            factor = np.linalg.cholesky(lifted)
+            factor = np.asarray(np.linalg.cholesky(lifted), dtype=np.float64)
         except np.linalg.LinAlgError:
             factor = np.full(matrix.shape, np.nan)
         if np.isfinite(factor[-1, -1]):

@@ -86,7 +86,7 @@ def match_moments(
     jacobian = outputs.jacobian + prior_mean
     moments = Moments(
         mean=outputs.mean + prior_mean @ mean,
-        covariance=symmetric(jacobian @ covariance @ jacobian.T) + remainder,
+        covariance=symmetric(jacobian @ covariance @ jacobian.T + remainder),
         jacobian=jacobian,
     )
     if not gradient:

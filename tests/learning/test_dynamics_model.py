@@ -1,0 +1,109 @@
+"""Never a bad number: whatever the data and the input, finite values and definite covariances."""
+
+import numpy as np
+import pytest
+from block_checks import random_bars
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from irlpilco_ros.learning.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.learning.kernel import Hyperparameters
+from irlpilco_ros.learning.training import train
+
+METHODS = st.sampled_from(["first_order", "exact"])
+
+
+def check_prediction(model, mean, covariance, method):
+    moments, pullback = model.predict(mean, covariance, method)
+    for part in (moments.mean, moments.covariance, moments.jacobian):
+        assert np.isfinite(part).all()
+    np.testing.assert_array_equal(moments.covariance, moments.covariance.T)
+    values = np.linalg.eigvalsh(moments.covariance)
+    assert values.min() > -1e-12 * max(values.max(), 1e-300)
+    for bar in pullback(*random_bars(np.random.default_rng(0), moments)):
+        assert np.isfinite(bar).all()
+    # The joint of input and output must be a covariance too: the next state is made of both.
+    cross = moments.jacobian @ covariance
+    joint = np.block([[covariance, cross.T], [cross, moments.covariance]])
+    values = np.linalg.eigvalsh(joint)
+    assert values.min() > -1e-10 * max(values.max(), 1e-300)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 10_000),
+    n=st.integers(1, 25),
+    outputs=st.integers(1, 4),
+    inputs=st.integers(1, 5),
+    log_lengthscale=st.floats(-6.0, 8.0),
+    log_signal=st.floats(-8.0, 5.0),
+    log_ratio=st.floats(-7.0, 1.0),
+    log_spread=st.floats(-12.0, 5.0),
+    rank=st.integers(0, 5),
+    far=st.sampled_from([0.0, 1.0, 1e3]),
+    method=METHODS,
+)
+def test_given_hyperparameters(
+    seed, n, outputs, inputs, log_lengthscale, log_signal, log_ratio, log_spread, rank, far, method
+):
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal((n, inputs))
+    x[n // 2 :] = x[: n - n // 2]  # duplicates
+    y = np.exp(log_signal) * rng.standard_normal((n, outputs))
+    y[:, 0] = y[0, 0]  # constant
+    model = DynamicsModel.condition(
+        x,
+        y,
+        Hyperparameters(
+            log_lengthscale + rng.standard_normal((outputs, inputs)),
+            np.full(outputs, log_signal),
+            np.full(outputs, log_signal + log_ratio),
+        ),
+    )
+    root = np.exp(log_spread) * rng.standard_normal((inputs, rank))
+    check_prediction(model, far * rng.standard_normal(inputs), root @ root.T, method)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 10_000),
+    n=st.integers(1, 12),
+    log_scale=st.floats(-9.0, 9.0),
+    kind=st.sampled_from(["zero", "constant", "duplicates", "constant input", "noise", "step"]),
+    spread=st.sampled_from([0.0, 1e-6, 0.1, 30.0]),
+    method=METHODS,
+)
+def test_trained_on_odd_data(seed, n, log_scale, kind, spread, method):
+    rng = np.random.default_rng(seed)
+    x = np.exp(log_scale) * rng.standard_normal((n, 2))
+    y = np.exp(-log_scale) * rng.standard_normal((n, 2))
+    if kind == "zero":
+        y[:] = 0.0
+    elif kind == "constant":
+        y[:] = y[0]
+    elif kind == "duplicates":
+        x[:], y[:] = x[0], y[0]
+    elif kind == "constant input":
+        x[:, 1] = 3.0
+    elif kind == "step":
+        y[:, 0] = np.sign(x[:, 0])
+    model = train(x, y, max_evaluations=25)
+    check_prediction(model, x[0], spread**2 * np.exp(2 * log_scale) * np.eye(2), method)
+
+
+def test_a_single_point_is_remembered():
+    model = train(np.array([[1.0, 2.0]]), np.array([[0.5]]))
+    moments, _ = model.predict(np.array([1.0, 2.0]), np.zeros((2, 2)))
+    np.testing.assert_allclose(moments.mean, 0.5, rtol=0.05)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200, 1e300])
+def test_absurd_units_give_numbers_or_an_error_that_says_so(scale):
+    rng = np.random.default_rng(0)
+    x, y = rng.standard_normal((8, 2)), scale * rng.standard_normal((8, 1))
+    try:
+        model = train(x, y, max_evaluations=10)
+        check_prediction(model, x[0], 0.01 * np.eye(2), "exact")
+    except IrlPilcoError as error:
+        assert len(str(error)) > 40

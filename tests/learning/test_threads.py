@@ -1,0 +1,71 @@
+"""Threads over outputs, and BLAS kept to one thread."""
+
+import threading
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from irlpilco_ros.learning.threads import one_blas_thread, run_parallel, scratch
+
+
+def blas_threads():
+    return {info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"}
+
+
+def test_blas_is_limited_and_given_back():
+    with threadpool_limits(2, "blas"):
+        before = blas_threads()
+        assert before != {1}
+        with one_blas_thread():
+            assert blas_threads() == {1}
+            with one_blas_thread():
+                assert blas_threads() == {1}
+            assert blas_threads() == {1}
+        assert blas_threads() == before
+        with pytest.raises(KeyError), one_blas_thread():
+            raise KeyError
+        assert blas_threads() == before
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_results_are_in_order(threads):
+    assert run_parallel(lambda i: i * i, range(40), threads) == [i * i for i in range(40)]
+    assert run_parallel(lambda i: i, [], threads) == []
+
+
+def test_the_threads_really_work_at_the_same_time():
+    meeting = threading.Barrier(3, timeout=20.0)
+    assert len(set(run_parallel(lambda i: meeting.wait(), range(3), 3))) == 3
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_an_error_stops_the_work(threads):
+    done = []
+
+    def work(i):
+        if i == 3:
+            raise ValueError("three")
+        done.append(i)
+
+    with pytest.raises(ValueError, match="three"):
+        run_parallel(work, range(10_000), threads)
+    assert len(done) < 10_000
+
+
+def test_parallel_work_may_be_nested():
+    def outer(i):
+        return sum(run_parallel(lambda j: i * j, range(5), 2))
+
+    assert run_parallel(outer, range(6), 2) == [10 * i for i in range(6)]
+
+
+def test_scratch_belongs_to_its_thread():
+    mine = scratch("test", (3, 4))
+    assert mine.shape == (3, 4)
+    mine[:] = 1.0
+    other = threading.Thread(target=lambda: scratch("test", (3, 4)).fill(2.0))
+    other.start()
+    other.join()
+    np.testing.assert_array_equal(mine, 1.0)
+    assert np.shares_memory(scratch("test", (2, 2)), mine)
