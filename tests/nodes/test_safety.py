@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from robot_of_two import JOINTS, ROBOT, reading
 
-from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.policies import OpenLoopPolicy
 from irlpilco_ros.nodes.motions import MotionStoppedError
@@ -91,33 +90,3 @@ def test_starts_must_be_inside_the_limits():
         check_start(ROBOT, (0.96, 0.0), MARGIN)
     with pytest.raises(InvalidSettingError, match="3 values for 2 joints"):
         check_start(ROBOT, (0.0, 0.0, 0.0), MARGIN)
-
-
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"joints": ()}, "joints is empty"),
-        ({"joints": ("elbow", "elbow")}, "names a joint twice"),
-        ({"velocity_limit": (1.0,)}, "velocity_limit has 1 values for 2 joints"),
-        ({"position_lower": (0.0, 1.0)}, r"joint wrist are \[1\.0, 1\.0\]"),
-        ({"command_interface": "effort", "effort_limit": ()}, "effort_limit has 0 values"),
-        ({"control_period": 0.0}, "control_period is 0"),
-    ],
-)
-def test_robot_settings_that_do_not_go_together_are_refused(change, reason):
-    with pytest.raises(InvalidSettingError, match=reason):
-        dataclasses.replace(ROBOT, **change)
-
-
-def test_the_robot_of_the_package_loads(repository):
-    from irlpilco_ros.experience.parameters_file import (
-        load_parameters_file,
-        settings_from_parameters,
-    )
-
-    parameters = load_parameters_file(repository / "config" / "baxter.yaml", "controller")
-    robot = settings_from_parameters(RobotSettings, parameters)
-    assert len(robot.joints) == 14
-    assert robot.control_limit.tolist() == [1.5] * 4 + [4.0] * 3 + [1.5] * 4 + [4.0] * 3
-    effort = dataclasses.replace(robot, command_interface="effort")
-    assert effort.control_limit[4] == 15.0
