@@ -86,13 +86,13 @@ def test_progress_reaches_one_and_may_cancel():
     train(x, y, progress=seen.append, max_evaluations=5)
     assert seen == [0.25, 0.5, 0.75, 1.0]
 
-    class Cancelled(Exception):
+    class CancelledError(Exception):
         pass
 
     def cancel(fraction):
-        raise Cancelled
+        raise CancelledError
 
-    with pytest.raises(Cancelled):
+    with pytest.raises(CancelledError):
         train(x, y, progress=cancel, max_evaluations=5)
 
 
