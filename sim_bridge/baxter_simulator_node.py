@@ -13,13 +13,13 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from irlpilco_ros.nodes.health import OK, WARN, Health
+from irlpilco_ros.nodes.health import ERROR, OK, WARN, Health
 from irlpilco_ros.nodes.messages import time_message
 from irlpilco_ros.nodes.parameters import declare_settings
 from irlpilco_ros.nodes.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB
 from irlpilco_ros.nodes.runtime import run_node
 from sim_bridge.baxter_simulation import INITIAL_POSE, PERIOD, BaxterSimulation
-from sim_bridge.errors import InvalidCommandError
+from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.joints import GRIPPER_JOINTS
 from sim_bridge.simulation_clock import Pacemaker
 from sim_bridge.simulation_settings import SimulationSettings
@@ -48,6 +48,7 @@ class BaxterSimulatorNode(Node):
         self._offset = time.time_ns() if self._settings.wall_time else PERIOD
         self._changed = threading.Condition()
         self._answered = False
+        self._broken = False
         self._rejected = 0
         self._stop = threading.Event()
         self._states = self.create_publisher(JointState, "joint_states", JOINT_STATES_PUB)
@@ -75,7 +76,11 @@ class BaxterSimulatorNode(Node):
         count = 0
         while not self._stop.is_set():
             with self._changed:
-                self._simulation.step()
+                try:
+                    self._simulation.step()
+                except DivergedError as error:
+                    self._stand_still(error)
+                    continue
                 self._answered = False
                 self._publish_state()
                 if self._viewer is not None:
@@ -89,6 +94,13 @@ class BaxterSimulatorNode(Node):
                 self._wait_for_answer()
             else:
                 pacemaker.wait()
+
+    def _stand_still(self, error: DivergedError) -> None:
+        """Publish no states, which a controller notices, until somebody resets."""
+        self.get_logger().error(f"{error} (service {self.get_name()}/reset)")
+        self._health.report(ERROR, str(error))
+        self._broken = True
+        self._changed.wait_for(lambda: not self._broken or self._stop.is_set())
 
     def _wait_for_answer(self) -> None:
         """Let no time pass until somebody commands or guides; repeat the state meanwhile."""
@@ -141,7 +153,8 @@ class BaxterSimulatorNode(Node):
         with self._changed:
             self._offset += self._simulation.nanoseconds + PERIOD
             self._simulation.reset()
-            self._answered = False
+            self._answered = self._broken = False
+            self._changed.notify_all()
             self._publish_state()
         response.success = True
         response.message = f"robot and debris are back where they began, pose {INITIAL_POSE}"

@@ -1,0 +1,88 @@
+"""Debris: scattered by its seed, swept into the pan, counted, and never the physics' end."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from sim_bridge.baxter_simulation import BaxterSimulation
+from sim_bridge.debris import debris_in_pan
+from sim_bridge.episode import guide_through
+from sim_bridge.errors import DivergedError
+from sim_bridge.guided_motion import GuidedMotion, load_motion
+from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.simulation_settings import SimulationSettings
+
+
+def scattered(count: int, seed: int) -> BaxterSimulation:
+    robot = BaxterSimulation(SimulationSettings(debris=count, debris_seed=seed))
+    robot.reset(positions=load_motion().waypoints[0])
+    return robot
+
+
+def places(robot: BaxterSimulation, count: int) -> np.ndarray:
+    return np.array([robot.data.body(f"debris_{i}").xpos for i in range(count)])
+
+
+def test_seed_decides_where_it_lies() -> None:
+    first, same, other = (places(scattered(8, seed), 8) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, same)
+    assert np.abs(first - other).max() > 0.01
+    distances = np.linalg.norm(first[:, None] - first[None], axis=2)[np.triu_indices(8, 1)]
+    assert distances.min() > 0.014
+
+
+def test_debris_stays_where_it_lies() -> None:
+    robot = scattered(8, 0)
+    before = places(robot, 8)
+    for _ in range(200):
+        robot.step()
+    assert np.abs(places(robot, 8) - before).max() < 2e-3
+    assert robot.debris_in_pan() == 0
+
+
+def test_the_sweep_brings_it_into_the_pan() -> None:
+    for seed in (0, 1):
+        robot = scattered(10, seed)
+        guide_through(robot, load_motion())
+        assert robot.debris_in_pan() >= 8
+
+
+def test_a_brush_in_the_air_brings_nothing() -> None:
+    motion = load_motion()
+    lifted = motion.waypoints - 0.15 * np.array([name == "right_s1" for name in ARM_JOINTS])
+    robot = scattered(6, 0)
+    guide_through(robot, GuidedMotion(motion.joints, motion.interval, lifted))
+    assert robot.debris_in_pan() == 0
+
+
+def test_counts_what_is_inside_the_pan() -> None:
+    robot = scattered(3, 0)
+    pan = robot.data.body("dustpan")
+    rotation = pan.xmat.reshape(3, 3)
+    for number, offset in enumerate([(0.0, -0.1, 0.17), (0.1, -0.2, 0.18), (0.0, -0.25, 0.17)]):
+        address = robot.model.joint(f"debris_{number}").qposadr[0]
+        robot.data.qpos[address : address + 3] = pan.xpos + rotation @ offset
+    mujoco.mj_kinematics(robot.model, robot.data)
+    assert debris_in_pan(robot.model, robot.data) == 2
+
+
+@pytest.mark.parametrize("seed", [1, 14, 18])
+def test_a_careless_sweep_does_not_break_the_physics(seed: int) -> None:
+    motion = load_motion()
+    rng = np.random.default_rng(seed)
+    careless = motion.waypoints + 0.02 * rng.standard_normal(motion.waypoints.shape)
+    robot = scattered(20, seed)
+    guide_through(robot, GuidedMotion(motion.joints, motion.interval, careless))
+    assert np.isfinite(robot.data.qpos).all()
+
+
+def test_broken_physics_are_an_error_until_reset() -> None:
+    robot = BaxterSimulation()
+    robot.data.qvel[5] = np.nan
+    with pytest.raises(DivergedError, match="broke down"):
+        robot.step()
+    robot.reset()
+    robot.step()
+    assert np.isfinite(robot.true_positions).all()

@@ -1,0 +1,86 @@
+"""The demonstrator guides the simulated arms, at the stamps of the joint states."""
+
+from __future__ import annotations
+
+import signal
+
+import numpy as np
+import pytest
+from ros_graph import RosGraph
+from sensor_msgs.msg import JointState
+
+from irlpilco_ros.nodes.messages import nanoseconds
+from irlpilco_ros.nodes.qos import JOINT_STATES_SUB
+from sim_bridge.guided_motion import load_motion
+from sim_bridge.joints import ARM_JOINTS
+
+pytestmark = pytest.mark.dds
+
+
+def test_plays_the_sweep_in_lockstep(ros: RosGraph) -> None:
+    ros.start("sim_bridge.baxter_simulator_node", parameters={"lockstep": True})
+    demonstrator = ros.start("sim_bridge.demonstrator_node")
+    refused = ros.trigger("demonstrator/play")
+    assert not refused.success
+    assert "call demonstrator/move_to_start first" in refused.message
+
+    moved = ros.trigger("demonstrator/move_to_start", 30.0)
+    assert moved.success, moved.message
+
+    listener = ros.listen(JointState, "joint_states", JOINT_STATES_SUB, publishers=1)
+    ros.wait_for(lambda: len(listener.messages) > 1, "joint states")
+    played = ros.trigger("demonstrator/play", 30.0)
+    assert played.success, played.message
+    assert ros.node.count_publishers("joint_command") == 0, "a person does not command"
+
+    motion = load_motion()
+    states = {nanoseconds(m.header.stamp): m for m in listener.messages if len(m.name) == 17}
+    begin = min(states)
+    shown = []
+    for k in range(17):
+        message = states[begin + k * 500_000_000]
+        by_name = dict(zip(message.name, message.position, strict=True))
+        shown.append([by_name[name] for name in ARM_JOINTS])
+    assert np.abs(np.array(shown) - motion.waypoints).max() < 8e-3
+    assert demonstrator.stop(signal.SIGTERM) == 0
+
+
+def test_plays_in_real_time_from_a_file(ros: RosGraph, tmp_path) -> None:
+    path = tmp_path / "wave.yaml"
+    path.write_text(
+        "joints: [left_w1, right_w1]\ninterval: 0.5\n"
+        "positions: [[1.15, 1.0], [1.3, 0.9], [1.15, 1.0]]\n"
+    )
+    ros.start("sim_bridge.baxter_simulator_node")
+    ros.start(
+        "sim_bridge.demonstrator_node",
+        parameters={"motion_file": str(path), "approach_speed": 0.07},
+    )
+    moving = ros.trigger_async("demonstrator/move_to_start")
+    busy = ros.trigger("demonstrator/play")
+    assert not busy.success
+    assert busy.message == "busy: move_to_start is under way"
+    ros.wait_for(moving.done, "the start", 20.0)
+    assert moving.result().success, moving.result().message
+    listener = ros.listen(JointState, "joint_states", JOINT_STATES_SUB, publishers=1)
+    assert ros.trigger("demonstrator/play").success
+    states = [m for m in listener.messages if len(m.name) == 17]
+    left = [dict(zip(m.name, m.position, strict=True))["left_w1"] for m in states]
+    assert max(left) == pytest.approx(1.3, abs=0.01)
+    assert left[-1] == pytest.approx(1.15, abs=0.01)
+
+
+def test_without_a_simulator_it_says_so(ros: RosGraph) -> None:
+    ros.start("sim_bridge.demonstrator_node")
+    answer = ros.trigger("demonstrator/move_to_start")
+    assert not answer.success
+    assert "nobody listens to /baxter_simulator/guide" in answer.message
+
+
+def test_unreadable_motion_ends_it(ros: RosGraph) -> None:
+    process = ros.start(
+        "sim_bridge.demonstrator_node", parameters={"motion_file": "/nowhere.yaml"}, wait=False
+    )
+    process.expected_code = 1
+    assert process.wait(30.0) == 1
+    assert "cannot read a motion from /nowhere.yaml" in process.output

@@ -1,0 +1,102 @@
+"""Motions of the guiding hand: through the waypoints, smooth, and read from files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from sim_bridge.guided_motion import SWEEP, Approach, GuidedMotion, load_motion
+
+MOTIONS = {
+    "sweep": load_motion(),
+    "approach": Approach.within_speed([0.0, 1.0], [0.5, -1.0], speed=0.4),
+}
+
+
+def test_sweep_passes_its_waypoints() -> None:
+    motion = load_motion()
+    assert motion.waypoints.shape == (17, 14)
+    assert motion.duration == 8.0
+    passed = [motion.at(k * motion.interval)[0] for k in range(17)]
+    assert np.abs(passed - motion.waypoints).max() < 6e-3
+
+
+def test_sweep_is_straight_between_waypoints() -> None:
+    motion = load_motion()
+    for k in range(16):
+        first, last = motion.waypoints[k : k + 2]
+        positions, velocities = motion.at((k + 0.3) * motion.interval)
+        np.testing.assert_allclose(positions, first + 0.3 * (last - first), atol=1e-12)
+        np.testing.assert_allclose(velocities, (last - first) / motion.interval, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_velocity_is_the_derivative_of_position(name: str) -> None:
+    motion = MOTIONS[name]
+    step = 1e-6
+    for moment in np.random.default_rng(0).uniform(-0.1, motion.duration + 0.1, 200):
+        difference = (motion.at(moment + step)[0] - motion.at(moment - step)[0]) / (2 * step)
+        np.testing.assert_allclose(motion.at(moment)[1], difference, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_velocity_does_not_jump(name: str) -> None:
+    motion = MOTIONS[name]
+    times = np.arange(-0.1, motion.duration + 0.1, 0.001)
+    velocities = np.array([motion.at(moment)[1] for moment in times])
+    assert np.abs(np.diff(velocities, axis=0)).max() < 0.03
+    assert np.abs(velocities[0]).max() == np.abs(velocities[-1]).max() == 0.0
+
+
+@given(
+    start=st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+    goal=st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+    speed=st.floats(0.05, 1.5),
+)
+@settings(max_examples=50, deadline=None)
+def test_approach_ends_at_the_goal_within_the_speed(
+    start: list[float], goal: list[float], speed: float
+) -> None:
+    approach = Approach.within_speed(start, goal, speed)
+    np.testing.assert_allclose(approach.at(0.0)[0], start, atol=1e-12)
+    np.testing.assert_allclose(approach.at(approach.duration)[0], goal, atol=1e-12)
+    moments = np.linspace(0.0, approach.duration, 101)
+    velocities = np.array([approach.at(moment)[1] for moment in moments])
+    assert np.abs(velocities).max() <= speed * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"positions": [[0.0] * 14]}, "at least 2 rows"),
+        ({"positions": [[0.0] * 13] * 3}, "of 14 positions"),
+        ({"positions": [[0.0] * 14, [float("nan")] * 14]}, "waypoint 1 is not finite"),
+        ({"positions": [[0.0] * 14, [0.0] * 2]}, "cannot read a motion"),
+        ({"interval": 0.0}, "expected more than 0"),
+        ({"joints": None}, "cannot read a motion"),
+    ],
+)
+def test_files_that_make_no_sense_are_refused(
+    tmp_path: Path, change: dict[str, object], reason: str
+) -> None:
+    document = yaml.safe_load(SWEEP.read_text()) | change
+    path = tmp_path / "motion.yaml"
+    path.write_text(yaml.safe_dump(document))
+    with pytest.raises(InvalidSettingError, match=reason):
+        load_motion(path)
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InvalidSettingError, match=r"nowhere\.yaml"):
+        load_motion(tmp_path / "nowhere.yaml")
+
+
+def test_motion_checks_its_shape() -> None:
+    with pytest.raises(InvalidSettingError, match=r"shape \(3,\)"):
+        GuidedMotion(("a", "b", "c"), 0.5, np.zeros(3))
