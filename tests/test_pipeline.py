@@ -1,0 +1,195 @@
+"""The whole sweep over DDS: five processes, a demonstration, iterations, and kills on the way.
+
+One graph serves all tests, in the order in which they stand: each goes on with the run of the one
+before, as a user would.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+
+from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.nodes.learner_progress import LearnerProgress
+from irlpilco_ros.nodes.qos import DIAGNOSTICS
+
+pytestmark = [pytest.mark.dds, pytest.mark.slow]
+
+ROBOT_FILE = "config/baxter.yaml"
+SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 6\n    phase_count: 8\n"
+
+
+class Pipeline:
+    """The nodes, and the run that they work on."""
+
+    def __init__(self, graph, folder):
+        self.graph = graph
+        self.run = RunDirectory(folder / "run")
+        self.settings = folder / "settings.yaml"
+        self.settings.write_text(SETTINGS)
+        self.progress = graph.listen(DiagnosticArray, "learner/progress", DIAGNOSTICS)
+        self.health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
+        recordings = {"output_directory": str(folder / "recordings")}
+        self.simulator = self.start_simulator()
+        graph.start("sim_bridge.demonstrator_node", files=[ROBOT_FILE], wait=False)
+        graph.start(
+            "irlpilco_ros.nodes.demonstration_recorder",
+            parameters=recordings,
+            files=[ROBOT_FILE],
+            wait=False,
+        )
+        # A busy computer may silence a simulation in lockstep for a while.
+        graph.start(
+            "irlpilco_ros.nodes.controller",
+            parameters={"state_timeout": 2.0},
+            files=[ROBOT_FILE],
+            wait=False,
+        )
+        for name in ("baxter_simulator", "demonstrator", "demonstration_recorder", "controller"):
+            graph.wait_for_node(name)
+        self.demonstration = self._demonstrate()
+        self.learner = self.start_learner("ready for iteration 0", str(self.demonstration))
+
+    def start_simulator(self):
+        return self.graph.start(
+            "sim_bridge.baxter_simulator_node",
+            parameters={"lockstep": True, "seed": 1},
+            files=[ROBOT_FILE],
+            wait=False,
+        )
+
+    def start_learner(self, first_words, demonstration=""):
+        """Start a learner and wait until it says on /diagnostics how far the run has come."""
+        self.health.clear()
+        learner = self.graph.start(
+            "irlpilco_ros.nodes.learner",
+            parameters={"run_directory": str(self.run.path), "demonstration": demonstration},
+            files=[ROBOT_FILE, self.settings],
+            wait=False,
+        )
+        self.graph.wait_for(lambda: first_words in self.words_of_learner(), first_words, 30.0)
+        return learner
+
+    def words_of_learner(self):
+        statuses = (status for message in self.health.messages for status in message.status)
+        return {status.message for status in statuses if status.name == "learner"}
+
+    def _demonstrate(self):
+        for step in ("demonstrator/move_to_start", "demonstration_recorder/start"):
+            self.check(self.graph.trigger(step, 60.0))
+        self.check(self.graph.trigger("demonstrator/play", 60.0))
+        answer = self.check(self.graph.trigger("demonstration_recorder/stop"))
+        assert answer.startswith("17 samples, 0 missing")
+        return answer.partition("bag: ")[2]
+
+    def learn(self):
+        return self.check(self.graph.trigger("learn_iteration", 120.0))
+
+    def check(self, answer):
+        assert answer.success, answer.message
+        return answer.message
+
+    def stages(self):
+        told = (LearnerProgress.from_message(message) for message in self.progress.messages)
+        return [progress.stage for progress in told]
+
+    def begin_and_wait_for(self, stage):
+        """Call learn_iteration and return its future once the learner is in this stage."""
+        self.progress.clear()
+        call = self.graph.trigger_async("learn_iteration")
+        self.graph.wait_for(lambda: stage in self.stages(), f"stage {stage}", 60.0)
+        return call
+
+
+@pytest.fixture(scope="module")
+def pipeline(shared_ros, tmp_path_factory):
+    return Pipeline(shared_ros, tmp_path_factory.mktemp("pipeline"))
+
+
+def test_two_iterations_while_the_learner_stays_responsive(pipeline):
+    assert pipeline.learn().startswith("iteration 1: trial 001 ")
+    call = pipeline.begin_and_wait_for("policy")
+    began = time.monotonic()
+    busy = pipeline.graph.trigger("learn_iteration")
+    assert pipeline.graph.get_parameter("learner", "evaluations") == 6
+    assert time.monotonic() - began < 2.0
+    assert not busy.success
+    assert busy.message.startswith("busy: iteration 2 is under way")
+    pipeline.graph.wait_for(call.done, "the second iteration", 120.0)
+    assert call.result().message.startswith("iteration 2: trial 002 ")
+
+    computing = [
+        arrival
+        for arrival, stage in zip(pipeline.progress.arrivals, pipeline.stages(), strict=False)
+        if stage in ("model", "policy")
+    ]
+    assert len(computing) - 1 >= 2.0 * (computing[-1] - computing[0])
+
+    rows = pipeline.run.metrics()
+    assert [(row.iteration, row.trial) for row in rows] == [(0, 0), (1, 1), (2, 2)]
+    assert [row.robot_time_s for row in rows] == [8.0, 16.0, 24.0]
+    assert rows[2].rmse_rad < 0.03
+    assert rows[0].margin >= rows[1].margin >= rows[2].margin
+
+
+def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
+    words = ["-m", "irlpilco_ros.cli", "train", "--run-directory", str(tmp_path / "out")]
+    words += ["--demonstration", str(pipeline.demonstration)]
+    words += ["--trials", str(pipeline.run.trials_directory), "--settings", str(pipeline.settings)]
+    training = pipeline.graph.run([sys.executable, *words], log="train.log")
+    assert training.wait(120.0) == 0, training.output
+    for iteration in range(3):
+        name = f"policy_{iteration:03d}.yaml"
+        assert (tmp_path / "out" / name).read_bytes() == (pipeline.run.path / name).read_bytes()
+    trained = RunDirectory(tmp_path / "out").metrics()
+    assert [row.mse for row in trained] == [row.mse for row in pipeline.run.metrics()]
+
+
+def test_a_learner_told_to_stop_while_computing_stops_at_once(pipeline):
+    pipeline.begin_and_wait_for("model")
+    began = time.monotonic()
+    assert pipeline.learner.stop(signal.SIGTERM) == 0
+    assert time.monotonic() - began < 4.0
+    assert len(pipeline.run.metrics()) == 3
+    assert pipeline.run.iterations() == (1, 2)
+
+
+def test_a_learner_killed_while_computing_goes_on_where_it_was(pipeline):
+    pipeline.learner = pipeline.start_learner("ready for iteration 3")
+    pipeline.begin_and_wait_for("policy")
+    pipeline.learner.kill()
+    pipeline.learner = pipeline.start_learner("ready for iteration 3")
+    assert pipeline.learn().startswith("iteration 3: trial 003 ")
+
+
+def test_a_simulator_killed_in_mid_trial_costs_that_trial_only(pipeline):
+    call = pipeline.graph.trigger_async("learn_iteration")
+    torn = pipeline.run.trials_directory / "004"
+
+    def is_under_way():
+        try:
+            return read_bag(torn).commanded.sum() >= 3
+        except BagError:
+            return False
+
+    pipeline.graph.wait_for(is_under_way, "the trial", 60.0)
+    pipeline.simulator.kill()
+    pipeline.graph.wait_for(call.done, "the learner's answer", 30.0)
+    assert not call.result().success
+    assert "trial stopped: no joint state for 2 s" in call.result().message
+    assert len(pipeline.run.metrics()) == 4
+    assert 3 <= read_bag(torn).commanded.sum() <= 16
+    learned = pipeline.run.iteration_file(4).stat().st_mtime_ns
+
+    pipeline.simulator = pipeline.start_simulator()
+    pipeline.graph.wait_for(
+        lambda: pipeline.graph.trigger("controller/move_to_start", 60.0).success, "the robot", 30.0
+    )
+    assert pipeline.learn().startswith("iteration 4: trial 005 ")
+    assert pipeline.run.iteration_file(4).stat().st_mtime_ns == learned
