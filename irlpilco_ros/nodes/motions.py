@@ -165,8 +165,7 @@ class Approach:
                 "too weak for its load?"
             )
         velocities = settings.approach_gain * self._error
-        ramp = settings.approach_acceleration * (self._elapsed + 0.01)
-        allowed = np.minimum(self._limit, ramp)
+        allowed = np.minimum(self._limit, settings.approach_acceleration * self._elapsed)
         velocities *= min(1.0, float((allowed / np.maximum(np.abs(velocities), 1e-12)).min()))
         return Command(reading.stamp, velocities)
 

@@ -27,6 +27,9 @@ _DESCRIPTIONS = {
     "weights": "Gain of each joint's control on each state dimension, row by row.",
     "phase_weights": "Feed-forward of each joint on each phase feature, row by row.",
     "bias": "Constant part of each joint's control before squashing.",
+    "centres": "State at which each radial basis function is centred, row by row.",
+    "targets": "Value of each joint's control at each centre before squashing, row by row.",
+    "log_widths": "Logarithm of the basis functions' width along each state dimension.",
 }
 
 
@@ -68,9 +71,7 @@ class PolicyParameters:
         node.add_post_set_parameters_callback(self._take_over)
 
     def _declare(self, name: str, kind: type) -> None:
-        field = name.removeprefix(PREFIX)
-        description = _DESCRIPTIONS.get(field, f"Field {field} of the policy, row by row.")
-        descriptor = ParameterDescriptor(description=description)
+        descriptor = ParameterDescriptor(description=_DESCRIPTIONS[name.removeprefix(PREFIX)])
         self._node.declare_parameter(name, _ros_type(name, kind), descriptor)
         value = _plain(self._node.get_parameter_or(name).value)
         if _is_given(value):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from fake_robot import FakeRobot
+from rcl_interfaces.srv import DescribeParameters, ListParameters
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
@@ -332,6 +333,18 @@ def test_a_policy_of_another_kind_leaves_nothing_of_the_one_before(graph):
     # One field of the policy in force can be changed alone, and is checked alike.
     assert graph.set_parameters("controller", {"policy.bias": [0.1, 0.2]}).successful
     assert not graph.set_parameters("controller", {"policy.bias": [0.1]}).successful
+
+
+def test_every_parameter_says_what_it_means(graph):
+    names = graph.call(
+        ListParameters, "controller/list_parameters", ListParameters.Request()
+    ).result.names
+    ours = [name for name in names if not name.startswith(("qos_", "start_type_", "use_sim_"))]
+    assert "policy.weights" in ours
+    assert "velocity_limit" in ours
+    request = DescribeParameters.Request(names=ours)
+    answer = graph.call(DescribeParameters, "controller/describe_parameters", request)
+    assert [d.name for d in answer.descriptors if not d.description] == []
 
 
 def test_without_states_policy_or_start_nothing_moves(ros):
