@@ -23,6 +23,13 @@ def write_atomically(path: Path, content: bytes) -> None:
     sync_directory(path.parent)
 
 
+def remove_leftovers(directory: Path) -> None:
+    """Remove what processes that were killed in `write_atomically` left; nobody may be in it."""
+    for leftover in directory.glob(".*.tmp"):
+        if leftover.is_file():
+            leftover.unlink()
+
+
 def sync_directory(path: Path) -> None:
     """Bring the names in a directory to disk: without it a new file may vanish with the power."""
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)

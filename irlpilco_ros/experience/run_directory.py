@@ -23,6 +23,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from irlpilco_ros.experience.configuration import (
     read_configuration,
     write_configuration,
 )
-from irlpilco_ros.experience.durable import sync_tree, write_atomically
+from irlpilco_ros.experience.durable import remove_leftovers, sync_tree, write_atomically
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow, append_metrics, read_metrics
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
@@ -112,6 +113,8 @@ class RunDirectory:
         self.trials_directory.mkdir(parents=True, exist_ok=True)
         self.iteration_file(0).parent.mkdir(exist_ok=True)
         self._take_lock()
+        remove_leftovers(self.path)
+        remove_leftovers(self.iteration_file(0).parent)
         try:
             self._claim_configuration(configuration)
             self._claim_demonstration(demonstration)
@@ -164,7 +167,7 @@ class RunDirectory:
         try:
             with np.load(path, allow_pickle=False) as arrays:
                 return Iteration.from_arrays(dict(arrays))
-        except (OSError, ValueError, EOFError) as error:
+        except (OSError, ValueError, EOFError, BadZipFile) as error:
             raise RunDirectoryError(f"cannot read iteration {iteration}: {error}") from error
 
     def read_policy(self, iteration: int) -> Policy:

@@ -17,7 +17,6 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -25,13 +24,12 @@ from std_srvs.srv import Trigger
 from irlpilco_ros.experience.bag_files import mark_discarded
 from irlpilco_ros.experience.bag_message import BagTopic
 from irlpilco_ros.experience.errors import BagError
-from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
+from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, HeaderReader
 from irlpilco_ros.experience.live_recording import LiveRecording
 from irlpilco_ros.experience.sampling import Received
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.nodes.clients import Clients
 from irlpilco_ros.nodes.health import ERROR, OK, Health
-from irlpilco_ros.nodes.messages import nanoseconds
 from irlpilco_ros.nodes.parameters import declare_settings
 from irlpilco_ros.nodes.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.nodes.runtime import run_node
@@ -78,6 +76,8 @@ class DemonstrationRecorder(Node):
         self._recording: LiveRecording | None = None
         self._began = 0  # [ns] wall clock
         self._last: Path | None = None
+        self._told = (0, "")
+        self._headers = HeaderReader()
         self._health = Health(self, "ready")
         self._calls = Clients(self)
         self._states = self.create_subscription(
@@ -199,18 +199,26 @@ class DemonstrationRecorder(Node):
 
     def _take_state(self, data: bytes, info: Mapping[str, Any]) -> None:
         if self._recording is not None:
-            self._recording.take_state(_received(data, info))
+            self._recording.take_state(self._received(data, info))
             self._tell(self._recording)
 
     def _take_command(self, data: bytes, info: Mapping[str, Any]) -> None:
         if self._recording is not None:
-            self._recording.take_command(_received(data, info))
+            self._recording.take_command(self._received(data, info))
             self._tell(self._recording)
 
+    def _received(self, data: bytes, info: Mapping[str, Any]) -> Received:
+        stamp, names = self._headers.read(data)
+        return Received(stamp, names, data, info["received_timestamp"], info["source_timestamp"])
+
     def _tell(self, recording: LiveRecording) -> None:
+        """Tell /diagnostics, if there is anything new."""
+        if (recording.samples, recording.failure) == self._told:
+            return
+        self._told = (recording.samples, recording.failure)
         if recording.failure:
             self._health.report(ERROR, recording.failure)
-        elif recording.samples:
+        else:
             self._health.report(OK, f"recording {recording.path}", samples=recording.samples)
 
     def _state_topic(self) -> BagTopic:
@@ -261,17 +269,6 @@ def _next(subscription: Subscription) -> tuple[bytes, Mapping[str, Any]] | None:
             JointState, True
         )
     return taken
-
-
-def _received(data: bytes, info: Mapping[str, Any]) -> Received:
-    message = deserialize_message(data, JointState)
-    return Received(
-        stamp=nanoseconds(message.header.stamp),
-        names=tuple(message.name),
-        data=data,
-        received=info["received_timestamp"],
-        sent=info["source_timestamp"],
-    )
 
 
 def main() -> int:

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import yaml
+
+from irlpilco_ros.experience.parameters_file import load_parameters_file
+from irlpilco_ros.experience.policy_file import (
+    parameter_types,
+    policy_from_parameters,
+    policy_to_parameters,
+    read_policy_file,
+    write_policy_file,
+)
+from irlpilco_ros.learning import policies
+from irlpilco_ros.learning.errors import InvalidSettingError
+
+JOINTS = ("left", "right", "waist")
+random = np.random.default_rng(3)
+LIMIT = np.array([0.5, 1.0, 1.5])
+EXAMPLES = {
+    "linear": {"weights": (3, 6), "bias": (3,)},
+    "linear_phase": {"weights": (3, 6), "phase_weights": (3, 4), "horizon": 16},
+    "rbf": {"centres": (5, 6), "targets": (5, 3), "log_widths": (1, 6)},
+    "open_loop": {"controls": (16, 3), "state_size": 6},
+}
+
+
+def example(kind: str) -> policies.Policy:
+    arrays = {
+        name: shape if isinstance(shape, int) else 0.1 * random.normal(size=shape)
+        for name, shape in EXAMPLES[kind].items()
+    }
+    return policies.from_arrays(kind, {**arrays, "control_limit": LIMIT})
+
+
+def same(left: policies.Policy, right: policies.Policy) -> bool:
+    a, b = left.to_arrays(), right.to_arrays()
+    return left.kind == right.kind and all(np.array_equal(a[name], b[name]) for name in {*a, *b})
+
+
+@pytest.mark.parametrize("kind", policies.KINDS)
+def test_every_kind_survives_parameters_and_file_bit_by_bit(tmp_path, kind):
+    policy = example(kind)
+    parameters = policy_to_parameters(policy, JOINTS)
+    assert set(parameters) <= set(parameter_types())
+    for name, value in parameters.items():
+        assert type(value) is parameter_types()[name], name
+    again, joints = policy_from_parameters({**parameters, "horizon": 16})
+    assert joints == JOINTS
+    assert same(again, policy)
+    path = tmp_path / "policy_007.yaml"
+    write_policy_file(path, policy, JOINTS)
+    from_file, joints = read_policy_file(path)
+    assert joints == JOINTS
+    assert same(from_file, policy)
+    state = random.normal(size=6)
+    np.testing.assert_array_equal(from_file.act(state, 3), policy.act(state, 3))
+
+
+def test_widths_of_each_control_are_told_from_shared_ones():
+    arrays = example("rbf").to_arrays()
+    own = policies.from_arrays("rbf", {**arrays, "log_widths": 0.1 * random.normal(size=(3, 6))})
+    assert same(policy_from_parameters(policy_to_parameters(own, JOINTS))[0], own)
+
+
+def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
+    path = tmp_path / "policy.yaml"
+    settings = {"horizon": 16, "velocity_limit": (1.0, 2.0, 3.0), "start_position": np.arange(3.0)}
+    write_policy_file(path, example("linear"), JOINTS, settings)
+    parameters = load_parameters_file(path, "controller")
+    assert parameters["horizon"] == 16
+    assert parameters["velocity_limit"] == [1.0, 2.0, 3.0]
+    assert parameters["start_position"] == [0.0, 1.0, 2.0]
+    assert parameters["policy.velocity_limit"] == LIMIT.tolist()
+    document = yaml.safe_load(path.read_text())
+    assert document["/**/controller"]["ros__parameters"]["policy"]["kind"] == "linear"
+    assert load_parameters_file(path, "learner") == {}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"kind": "magic"}, "'magic' is unknown; valid kinds: linear"),
+        ({"kind": ""}, "policy.kind is missing or empty"),
+        ({"joints": []}, "policy.joints is missing or empty"),
+        ({"joints": ["left", "left", "waist"]}, "names a joint twice"),
+        ({"joints": ["left", "right"]}, "make no matrix|shape|does not fit"),
+        ({"weights": [1.0] * 17}, "policy.weights has 17 values, which make no matrix"),
+        ({"weights": [1.0] * 15}, "does not fit 3 joints"),
+        ({"weights": [1.0] * 17 + [float("nan")]}, "weights of a linear policy holds nan"),
+        ({"weights": ["much"] * 18}, "policy.weights holds something else than numbers"),
+        ({"bias": [0.0]}, "bias of a linear policy has shape"),
+        ({"velocity_limit": [1.0, -1.0, 1.0]}, "expected at least 0"),
+        ({"magic": [1.0]}, "unknown: magic"),
+    ],
+)
+def test_what_is_wrong_is_named(changes, message):
+    parameters = policy_to_parameters(example("linear"), JOINTS)
+    parameters.update({f"policy.{name}": value for name, value in changes.items()})
+    with pytest.raises(InvalidSettingError, match=message):
+        policy_from_parameters(parameters)
+
+
+def test_a_missing_field_and_a_missing_file_are_named(tmp_path):
+    parameters = policy_to_parameters(example("linear"), JOINTS)
+    del parameters["policy.bias"]
+    with pytest.raises(InvalidSettingError, match="missing: bias"):
+        policy_from_parameters(parameters)
+    with pytest.raises(InvalidSettingError, match=r"none\.yaml"):
+        read_policy_file(tmp_path / "none.yaml")
+    with pytest.raises(InvalidSettingError, match="does not fit 2 joints"):
+        policy_to_parameters(example("linear"), JOINTS[:2])
