@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 import threading
 from pathlib import Path
 
@@ -15,8 +17,10 @@ from rclpy.parameter import parameter_value_to_python
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.policy_file import policy_from_parameters, read_policy_file
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.nodes.qos import DIAGNOSTICS, LATCHED
 
 pytestmark = pytest.mark.dds
@@ -27,7 +31,7 @@ SETTINGS = {"evaluations": 6, "phase_count": 3}
 class FakeRobot:
     """Controller and recorder in one: runs trials on the toy robot and writes their bags."""
 
-    def __init__(self, graph):
+    def __init__(self, graph, namespace):
         self.calls: list[str] = []
         self.parameters: dict[str, dict] = {"controller": {}, "demonstration_recorder": {}}
         self.refuse: dict[str, str] = {}
@@ -38,7 +42,7 @@ class FakeRobot:
         for name in ("controller", "demonstration_recorder"):
             graph.node.create_service(
                 SetParametersAtomically,
-                f"{name}/set_parameters_atomically",
+                f"{namespace}/{name}/set_parameters_atomically",
                 lambda request, response, name=name: self._set(name, request, response),
             )
         for name in (
@@ -50,7 +54,7 @@ class FakeRobot:
         ):
             graph.node.create_service(
                 Trigger,
-                name,
+                f"{namespace}/{name}",
                 lambda _, response, name=name: self._answer(name, response),
                 callback_group=MutuallyExclusiveCallbackGroup(),
             )
@@ -89,44 +93,50 @@ class FakeRobot:
         return toy_robot.write_trajectory(Path(directory), trial)
 
 
+class Workplace:
+    """A learner with a robot of the test's own, in a namespace of their own."""
+
+    def __init__(self, graph, folder, namespace, robot=True, **parameters):
+        self.graph = graph
+        self.namespace = namespace
+        self.run = RunDirectory(folder / "run")
+        self.robot = FakeRobot(graph, namespace) if robot else None
+        self.learner = start_learner(graph, folder, namespace, **parameters)
+        graph.wait_for(self.learner_is_there, "the learner")
+
+    def learner_is_there(self):
+        return ("learner", self.namespace) in self.graph.node.get_node_names_and_namespaces()
+
+    def learn(self):
+        return self.graph.trigger(f"{self.namespace}/learn_iteration")
+
+
+def start_learner(graph, folder, namespace="", **parameters):
+    robot_file = folder / "robot.yaml"
+    robot_file.write_text(toy_robot.ROBOT_FILE)
+    values = {**SETTINGS, "run_directory": str(folder / "run"), **parameters}
+    module = "irlpilco_ros.nodes.learner"
+    return graph.start(
+        module, parameters=values, files=[robot_file], namespace=namespace, wait=False
+    )
+
+
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory):
     return toy_robot.record_demonstration(tmp_path_factory.mktemp("demonstration"))
 
 
-@pytest.fixture
-def robot_file(tmp_path):
-    file = tmp_path / "robot.yaml"
-    file.write_text(toy_robot.ROBOT_FILE)
-    return file
+@pytest.fixture(scope="module")
+def place(shared_ros, bag, tmp_path_factory):
+    """One run, which the tests take further and further."""
+    folder = tmp_path_factory.mktemp("place")
+    return Workplace(shared_ros, folder, "/first", demonstration=str(bag))
 
 
-@pytest.fixture
-def start(ros, tmp_path, robot_file):
-    """Start a learner on the run directory tmp_path/run."""
-
-    def begin(wait=True, **parameters):
-        values = {**SETTINGS, "run_directory": str(tmp_path / "run"), **parameters}
-        return ros.start(
-            "irlpilco_ros.nodes.learner", parameters=values, files=[robot_file], wait=wait
-        )
-
-    return begin
-
-
-@pytest.fixture
-def robot(ros):
-    return FakeRobot(ros)
-
-
-def rows(tmp_path):
-    return RunDirectory(tmp_path / "run").metrics()
-
-
-def test_two_iterations(ros, start, robot, bag, tmp_path):
-    start(demonstration=str(bag))
-    health = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
-    first = ros.trigger("learn_iteration")
+def test_two_iterations(place):
+    graph, robot = place.graph, place.robot
+    health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
+    first = place.learn()
     assert first.success, first.message
     assert first.message.startswith("iteration 1: trial 001 is 0.0")
     assert "\n" not in first.message
@@ -136,18 +146,29 @@ def test_two_iterations(ros, start, robot, bag, tmp_path):
         "demonstration_recorder/stop",
         *["controller/move_to_start", *trial] * 2,
     ]
-    second = ros.trigger("learn_iteration")
+    second = place.learn()
     assert second.success, second.message
-    found = rows(tmp_path)
+    found = place.run.metrics()
     assert [row.iteration for row in found] == [0, 1, 2]
     assert found[2].rmse_rad < found[0].rmse_rad / 3
 
     in_force, _ = policy_from_parameters(robot.parameters["controller"])
-    on_file, _ = read_policy_file(tmp_path / "run" / "policy_002.yaml")
+    on_file, _ = read_policy_file(place.run.policy_file(2))
     np.testing.assert_array_equal(in_force.parameters, on_file.parameters)
 
-    latecomer = ros.listen(JointTrajectory, "learner/predicted_trajectory", LATCHED)
-    ros.wait_for(lambda: latecomer.messages, "the latched prediction")
+    def told():
+        states = [s for m in health.messages for s in m.status if s.name == "first/learner"]
+        return {state.message for state in states} >= {"learning", "idle"}
+
+    graph.wait_for(told, "diagnostics of the learner")
+
+
+def test_the_prediction_waits_for_whoever_comes_late(place):
+    if not place.run.iterations():
+        place.learn()
+    topic = "/first/learner/predicted_trajectory"
+    latecomer = place.graph.listen(JointTrajectory, topic, LATCHED)
+    place.graph.wait_for(lambda: latecomer.messages, "the latched prediction")
     prediction = latecomer.messages[-1]
     assert tuple(prediction.joint_names) == toy_robot.JOINTS
     assert len(prediction.points) == toy_robot.HORIZON + 1
@@ -157,33 +178,28 @@ def test_two_iterations(ros, start, robot, bag, tmp_path):
     predicted = np.array([point.positions for point in prediction.points])
     assert np.abs(predicted - demonstrated).max() < 0.05
 
-    def told():
-        states = [s for m in health.messages for s in m.status if s.name == "learner"]
-        return {state.message for state in states} >= {"learning", "idle"}
 
-    ros.wait_for(told, "diagnostics of the learner")
-
-
-def test_a_second_call_hears_busy_at_once_and_disturbs_nothing(ros, start, robot, bag, tmp_path):
-    start(demonstration=str(bag))
+def test_a_second_call_hears_busy_at_once_and_disturbs_nothing(place):
+    graph, robot = place.graph, place.robot
+    before = len(place.run.metrics())
     robot.go.clear()
-    first = ros.trigger_async("learn_iteration")
-    ros.wait_for(lambda: "demonstration_recorder/start" in robot.calls, "the first trial")
+    robot.calls.clear()
+    first = graph.trigger_async("/first/learn_iteration")
+    graph.wait_for(lambda: "controller/run_trial" in robot.calls, "the trial")
     # The test's node is held up in run_trial, and so another process has to ask.
     script = (
         "from irlpilco_ros.nodes.session import Session\n"
-        "with Session('other') as session: session.trigger('learn_iteration', 5.0)"
+        "with Session('other', '/first') as session: session.trigger('learn_iteration', 5.0)"
     )
-    import sys
-
-    other = ros.run([sys.executable, "-c", script])
+    other = graph.run([sys.executable, "-c", script])
     other.expected_code = 1
     assert other.wait() == 1
-    assert "busy: iteration 0 is under way (trial)" in other.output
+    assert "is under way (trial)" in other.output
+    assert "refused: busy: iteration " in other.output
     robot.go.set()
-    ros.wait_for(first.done, "the first call")
+    graph.wait_for(first.done, "the first call")
     assert first.result().success
-    assert len(rows(tmp_path)) == 2
+    assert len(place.run.metrics()) > before
 
 
 @pytest.mark.parametrize(
@@ -194,72 +210,72 @@ def test_a_second_call_hears_busy_at_once_and_disturbs_nothing(ros, start, robot
         ("demonstration_recorder/start", "the disk is full"),
     ],
 )
-def test_a_failure_is_told_and_the_next_call_goes_on(
-    ros, start, robot, bag, tmp_path, service, reason
-):
-    start(demonstration=str(bag))
-    assert ros.trigger("learn_iteration").success
-    before = rows(tmp_path)
-    robot.refuse[service] = reason
-    failed = ros.trigger("learn_iteration")
+def test_a_failure_is_told_and_the_next_call_goes_on(place, service, reason):
+    before = place.run.metrics_file.read_text()
+    following = len(place.run.metrics())
+    place.robot.refuse[service] = reason
+    failed = place.learn()
     assert not failed.success
     assert reason in failed.message
-    assert rows(tmp_path) == before or repr(rows(tmp_path)) == repr(before)
-    again = ros.trigger("learn_iteration")
-    assert again.message.startswith("iteration 2: ")
+    assert place.run.metrics_file.read_text() == before
+    again = place.learn()
+    assert again.message.startswith(f"iteration {following}: ")
 
 
-def test_a_trial_that_breaks_off_does_not_count(ros, start, robot, bag, tmp_path):
-    start(demonstration=str(bag))
-    robot.steps = 3
-    failed = ros.trigger("learn_iteration")
+def test_a_trial_that_breaks_off_does_not_count(place):
+    before = place.run.metrics_file.read_text()
+    place.robot.steps = 3
+    failed = place.learn()
+    place.robot.steps = toy_robot.HORIZON
     assert not failed.success
-    assert "broke off" in failed.message or "control periods" in failed.message
-    assert rows(tmp_path) == ()
-    robot.steps = toy_robot.HORIZON
-    assert ros.trigger("learn_iteration").success
-    assert [row.trial for row in rows(tmp_path)] == [1, 2]
-    assert (tmp_path / "run" / "trials" / "000").exists()
+    assert "the trial broke off after 4 of 6 commands" in failed.message
+    assert place.run.metrics_file.read_text() == before
+    torn = place.run.trial_bags()[-1]
+    assert place.learn().success
+    assert place.run.metrics()[-1].trial == torn[0] + 1
+    assert torn[1].exists()
 
 
-def test_without_a_demonstration_it_says_what_to_do(ros, start, robot, bag):
-    start()
-    refused = ros.trigger("learn_iteration")
-    assert not refused.success
-    assert "set the learner's parameter `demonstration`" in refused.message
-    assert ros.set_parameters("learner", {"demonstration": str(bag)}).successful
-    assert ros.trigger("learn_iteration").success
-
-
-def test_a_restarted_learner_goes_on(ros, start, robot, bag):
-    learner = start(demonstration=str(bag))
-    assert ros.trigger("learn_iteration").success
-    learner.kill()
-    ros.wait_for(lambda: "learner" not in ros.node.get_node_names(), "its end", timeout=30.0)
-    start()  # the run directory has the demonstration
-    assert ros.trigger("learn_iteration").message.startswith("iteration 2: ")
-
-
-def test_another_run_is_refused_at_the_start(ros, start, robot, bag, tmp_path):
-    learner = start(demonstration=str(bag))
-    assert ros.trigger("learn_iteration").success
-    twin = start(wait=False)
+def test_two_learners_do_not_share_a_run(place):
+    twin = start_learner(place.graph, place.run.path.parent, "/twin")
     twin.expected_code = 1
     assert twin.wait() == 1
     assert "is in use by another learner" in twin.output
-    assert learner.stop() == 0
-    other = start(wait=False, seed=5)
-    other.expected_code = 1
-    assert other.wait() == 1
-    assert "another configuration: seed was 0, now 5" in other.output
-    other = start(wait=False, demonstration=str(tmp_path / "run" / "trials" / "000"))
-    other.expected_code = 1
-    assert other.wait() == 1
-    assert "another demonstration" in other.output
 
 
-def test_without_a_robot_it_says_which_node_is_missing(ros, start, bag):
-    start(demonstration=str(bag))
-    refused = ros.trigger("learn_iteration")
+def test_without_a_demonstration_it_says_what_to_do(shared_ros, bag, tmp_path):
+    place = Workplace(shared_ros, tmp_path, "/second")
+    refused = place.learn()
+    assert not refused.success
+    assert "set the learner's parameter `demonstration`" in refused.message
+    assert shared_ros.set_parameters("/second/learner", {"demonstration": str(bag)}).successful
+    assert place.learn().success
+
+
+def test_without_a_robot_it_says_which_node_is_missing(shared_ros, bag, tmp_path):
+    place = Workplace(shared_ros, tmp_path, "/third", robot=False, demonstration=str(bag))
+    refused = place.learn()
     assert not refused.success
     assert "controller/stop is not there" in refused.message
+    assert place.learner.stop(signal.SIGTERM) == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"seed": 5}, "another configuration: seed was 0, now 5"),
+        ({"demonstration": "other"}, "begun with another demonstration"),
+        ({"optimiser": "magic"}, "LearningSettings.optimiser is 'magic'; valid values:"),
+    ],
+)
+def test_a_wrong_run_is_refused_at_the_start(shared_ros, bag, tmp_path, change, reason):
+    settings = LearningSettings(**SETTINGS)
+    Apprenticeship.open(tmp_path / "run", bag, toy_robot.ROBOT, settings).close()
+    if "demonstration" in change:
+        plan = Apprenticeship.open(tmp_path / "other", bag, toy_robot.ROBOT, settings).prepare()
+        change = {"demonstration": str(toy_robot.record_trial(plan, tmp_path / "bags"))}
+    learner = start_learner(shared_ros, tmp_path, "/wrong", **change)
+    learner.expected_code = 1
+    assert learner.wait() == 1
+    assert reason in learner.output
+    assert "Traceback" not in learner.output
