@@ -117,7 +117,7 @@ class DemonstrationRecorder(Node):
         recording = LiveRecording(
             directory, settings.joints, period, self._state_topic, self._command_topic
         )
-        self._began, self._recording = time.time_ns(), recording
+        self._began, self._recording, self._told = time.time_ns(), recording, (0, "")
         for _attempt in range(round(FIRST_SAMPLE_TIMEOUT / _POLL)):
             if recording.samples or recording.failure or self._recording is not recording:
                 break
@@ -198,14 +198,18 @@ class DemonstrationRecorder(Node):
                 return
 
     def _take_state(self, data: bytes, info: Mapping[str, Any]) -> None:
-        if self._recording is not None:
+        if self._recording is not None and self._is_new(info):
             self._recording.take_state(self._received(data, info))
             self._tell(self._recording)
 
     def _take_command(self, data: bytes, info: Mapping[str, Any]) -> None:
-        if self._recording is not None:
+        if self._recording is not None and self._is_new(info):
             self._recording.take_command(self._received(data, info))
             self._tell(self._recording)
+
+    def _is_new(self, info: Mapping[str, Any]) -> bool:
+        """Whether a message came after `start`; on a busy computer older ones may still queue."""
+        return bool(info["received_timestamp"] >= self._began)
 
     def _received(self, data: bytes, info: Mapping[str, Any]) -> Received:
         stamp, names = self._headers.read(data)
