@@ -48,7 +48,7 @@ def difference_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
         for joint, axes in panels.items():
             _curves(axes, run, iteration, joint, origin=run.demonstration[:, joint])
             axes.set_ylim(-limit, limit)
-            axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+            axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         _label(figure, "difference from the demonstration [rad]")
         _legend(free[0], iteration)
         return figure

@@ -173,7 +173,13 @@ def _metrics_table(run: RunSummary) -> str:
         rows.append(_row(cells + ["-"] * 5, "replay"))
     head = "".join(f'<th scope="col">{escape(h)}</th>' for h in headings)
     body = "\n".join(rows)
-    return f'\n<div class="scroll"><table>\n<tr>{head}</tr>\n{body}\n</table></div>'
+    return f'\n<div class="scroll"><table>\n<tr>{head}</tr>\n{body}\n</table></div>{_remarks(run)}'
+
+
+def _remarks(run: RunSummary) -> str:
+    """Return what the computing of the iterations had to say."""
+    remarks = [f"Iteration {i.index}: {note}" for i in run.iterations for note in i.notes]
+    return "".join(f'\n<p class="faint">{escape(remark)}</p>' for remark in remarks)
 
 
 def _metrics_row(iteration: IterationSummary, is_last: bool) -> str:

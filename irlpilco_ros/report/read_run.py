@@ -78,6 +78,7 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
         robot_time=row.robot_time_s,
         model_time=row.model_s,
         policy_time=row.policy_s,
+        notes=() if found is None else found.notes,
     )
 
 

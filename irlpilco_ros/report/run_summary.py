@@ -30,6 +30,7 @@ class IterationSummary:
         robot_time: robot seconds used so far, this trial included [s].
         model_time: seconds of computing spent on the dynamics model [s].
         policy_time: seconds of computing spent on the policy search [s].
+        notes: what a reader should know of the computing.
     """
 
     index: int
@@ -44,6 +45,7 @@ class IterationSummary:
     robot_time: float
     model_time: float
     policy_time: float
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,150 @@
+from __future__ import annotations
+
+import base64
+import dataclasses
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from report_runs import summary
+
+from irlpilco_ros.report.page import Artwork, duration, render_page
+from irlpilco_ros.report.run_summary import DebrisCount
+
+VOID = {"meta", "img", "input", "br"}
+
+
+class Page(HTMLParser):
+    """Reads a page and checks that its tags are balanced."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self._open: list[str] = []
+        self.feed(html)
+        assert not self._open
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self._open[-1:] not in (["style"], ["script"]):
+            self.text += data
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+@pytest.fixture
+def artwork() -> Artwork:
+    counts = {"demonstration": np.array([20, 19]), "learned policy": np.array([18, 16])}
+    return Artwork(
+        error="<svg>error</svg>",
+        weights="<svg>weights</svg>",
+        time="<svg>time</svg>",
+        joints={
+            (k, v): f"<svg>{k} {v}</svg>" for k in range(3) for v in ("position", "difference")
+        },
+        relevance="<svg>relevance</svg>",
+        debris="<svg>debris</svg>",
+        debris_count=DebrisCount((0, 1), 20, counts),
+        filmstrip=b"strip",
+        animation=b"film",
+    )
+
+
+def test_page_needs_nothing_else(artwork: Artwork) -> None:
+    page = Page(render_page(summary(("a", "b")), artwork))
+    sources = [attributes["src"] or "" for attributes in page.all("img")]
+    assert len(sources) == 2 + 6 + 5
+    assert all(source.startswith("data:image/") for source in sources)
+    assert not page.all("link")
+    assert not page.all("a")
+    assert all("src" not in attributes for attributes in page.all("script"))
+
+
+def test_pictures_come_back_out_of_the_page(artwork: Artwork) -> None:
+    page = Page(render_page(summary(("a", "b")), artwork))
+    found = {base64.b64decode((a["src"] or "").partition(",")[2]) for a in page.all("img")}
+    assert {b"strip", b"film", b"<svg>error</svg>", b"<svg>1 difference</svg>"} <= found
+
+
+def test_every_picture_is_described(artwork: Artwork) -> None:
+    page = Page(render_page(summary(("a", "b")), artwork))
+    assert all(len(attributes["alt"] or "") > 20 for attributes in page.all("img"))
+    assert page.all("html")[0]["lang"] == "en"
+
+
+def test_every_iteration_and_view_can_be_chosen(artwork: Artwork) -> None:
+    page = Page(render_page(summary(("a", "b")), artwork))
+    buttons = page.all("input")
+    iterations = [b["value"] for b in buttons if b["name"] == "iteration"]
+    views = [b["value"] for b in buttons if b["name"] == "view"]
+    assert [b["value"] for b in buttons if "checked" in b] == ["2", "position"]
+    figures = {figure.get("id") for figure in page.all("figure")}
+    assert {f"joints-{k}-{view}" for k in iterations for view in views} <= figures
+    # Without a script all of them are seen, and no buttons that do nothing.
+    assert not any("hidden" in figure for figure in page.all("figure"))
+    assert any(div.get("id") == "joint-controls" and "hidden" in div for div in page.all("div"))
+
+
+def test_headline_and_table_have_the_numbers(artwork: Artwork) -> None:
+    text = Page(render_page(summary(("a", "b")), artwork)).text
+    for number in ("0.0030 rad", "0.0200", "24\xa0s", "17.0 of 20", "3 trials"):
+        assert number in text
+    assert "nan" not in text
+    assert "open-loop replay" in text
+
+
+def test_what_is_missing_is_said(artwork: Artwork) -> None:
+    bare = dataclasses.replace(
+        artwork, filmstrip=None, animation=None, debris=None, debris_count=None,
+        relevance=None, notes=("Pictures are left out: install <libegl1>.",),
+    )  # fmt: skip
+    html = render_page(summary(("a", "b")), bare)
+    assert "install &lt;libegl1&gt;" in html
+    text = Page(html).text
+    assert "debris" not in text
+    assert "What matters" not in text
+
+
+def test_names_are_escaped(artwork: Artwork) -> None:
+    run = dataclasses.replace(summary(("a", "b")), name="<b>&", settings={"k<": "v&"})
+    html = render_page(run, artwork)
+    assert "&lt;b&gt;&amp;" in html
+    assert "k&lt;" in html
+    assert "<b>&" not in html
+
+
+def test_run_without_replay_does_not_speak_of_it(artwork: Artwork) -> None:
+    run = dataclasses.replace(summary(("a", "b")), replay=None, replay_rmse=float("nan"))
+    html = render_page(run, artwork)
+    assert "nan" not in html
+    assert "<td>open-loop replay</td>" not in html
+
+
+def test_remarks_of_an_iteration_are_shown(artwork: Artwork) -> None:
+    run = summary(("a", "b"))
+    last = dataclasses.replace(run.last, notes=("jitter was added",))
+    run = dataclasses.replace(run, iterations=(*run.iterations[:-1], last))
+    assert "Iteration 2: jitter was added" in render_page(run, artwork)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.4, "0 s"),
+        (64.0, "64 s"),
+        (99.7, "1 min 40 s"),
+        (125.0, "2 min 5 s"),
+        (4320, "1 h 12 min"),
+    ],
+)
+def test_durations_are_said_as_one_says_them(seconds: float, words: str) -> None:
+    assert duration(seconds).replace("\xa0", " ") == words
