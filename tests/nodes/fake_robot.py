@@ -39,7 +39,7 @@ class FakeRobot:
         self.stamp = 1_000_000_000
         self.distort: Callable[[JointState], None] = lambda message: None
         self.is_silent = False
-        self._wall_step = wall_step
+        self.wall_step = wall_step
         self._lockstep = lockstep
         self._answer = threading.Event()
         self._end = threading.Event()
@@ -76,7 +76,7 @@ class FakeRobot:
                 continue
             self._answer.clear()
             self._advance()
-            self._end.wait(max(0.0, self._wall_step - (time.monotonic() - began)))
+            self._end.wait(max(0.0, self.wall_step - (time.monotonic() - began)))
 
     def _advance(self):
         for joint in self.joints:
