@@ -8,8 +8,8 @@ from typing import Any
 
 EPILOG = """\
 A recorder that is killed leaves a bag without metadata.yaml and perhaps half a message at its end.
-Every sample before the tear is copied into a new bag, under the next free number of the same
-folder; the torn bag stays as it is.
+Every sample before the tear is copied into a new bag beside it, 003.recovered for 003; the torn
+bag stays as it is.
 
 examples:
   irlpilco recover runs/demo/trials/003

@@ -15,7 +15,7 @@ from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.experience.run_directory import numbered_bags
+from irlpilco_ros.experience.trials import numbered_bags
 
 EPILOG = """\
 It computes what the learner node computes when the robot has just done these trials: for each of
