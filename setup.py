@@ -15,7 +15,7 @@ setup(
     packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge", "sim_bridge.*"]),
     package_data={
         NAME: ["py.typed", "**/*.html", "**/*.css", "**/*.js"],
-        "sim_bridge": ["py.typed", "**/*.xml", "**/*.yaml", "**/*.md"],
+        "sim_bridge": ["py.typed", "**/*.xml", "**/*.yaml", "**/*.md", "**/*.png"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
