@@ -69,7 +69,9 @@ def test_speaks_and_obeys_as_a_baxter_does(ros: RosGraph) -> None:
     assert all(tuple(message.name) == PUBLISHED_JOINTS for message in received)
     assert all(len(m.position) == len(m.velocity) == len(m.effort) == 17 for m in received)
     stamps = [nanoseconds(message.header.stamp) for message in received]
-    assert set(np.diff(stamps)) == {10_000_000}
+    # Best effort may lose a state on a busy machine; the others keep their distance.
+    assert np.median(np.diff(stamps)) == 10_000_000
+    assert not (np.diff(stamps) % 10_000_000).any()
     assert abs(stamps[-1] * 1e-9 - time.time()) < 1.0, "the stamps keep the wall clock's time"
     names = {tuple(message.name) for message in states.grippers}
     assert names == {("l_gripper_l_finger_joint",), ("r_gripper_l_finger_joint",)}

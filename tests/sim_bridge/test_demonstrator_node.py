@@ -6,15 +6,18 @@ import signal
 
 import numpy as np
 import pytest
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros_graph import RosGraph
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.nodes.messages import nanoseconds
-from irlpilco_ros.nodes.qos import JOINT_STATES_SUB
 from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS
 
 pytestmark = pytest.mark.dds
+
+EVERY_STATE = QoSProfile(depth=5000, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""In lockstep states come as fast as they are answered: let a busy test lose none."""
 
 
 def test_plays_the_sweep_in_lockstep(ros: RosGraph) -> None:
@@ -27,7 +30,7 @@ def test_plays_the_sweep_in_lockstep(ros: RosGraph) -> None:
     moved = ros.trigger("demonstrator/move_to_start", 30.0)
     assert moved.success, moved.message
 
-    listener = ros.listen(JointState, "joint_states", JOINT_STATES_SUB, publishers=1)
+    listener = ros.listen(JointState, "joint_states", EVERY_STATE, publishers=1)
     ros.wait_for(lambda: len(listener.messages) > 1, "joint states")
     played = ros.trigger("demonstrator/play", 30.0)
     assert played.success, played.message
@@ -62,7 +65,7 @@ def test_plays_in_real_time_from_a_file(ros: RosGraph, tmp_path) -> None:
     assert busy.message == "busy: move_to_start is under way"
     ros.wait_for(moving.done, "the start", 20.0)
     assert moving.result().success, moving.result().message
-    listener = ros.listen(JointState, "joint_states", JOINT_STATES_SUB, publishers=1)
+    listener = ros.listen(JointState, "joint_states", EVERY_STATE, publishers=1)
     assert ros.trigger("demonstrator/play").success
     states = [m for m in listener.messages if len(m.name) == 17]
     left = [dict(zip(m.name, m.position, strict=True))["left_w1"] for m in states]
