@@ -37,11 +37,6 @@ class JointStateMessage:
     efforts: tuple[float, ...] = ()
 
     @property
-    def is_state(self) -> bool:
-        """Whether it tells position and velocity of every joint that it names."""
-        return len(self.names) == len(self.positions) == len(self.velocities)
-
-    @property
     def command(self) -> tuple[float, ...]:
         """The commanded values: velocities, else efforts."""
         return self.velocities or self.efforts

@@ -45,9 +45,6 @@ def _next_to(bag: Path, torn: Recording) -> DurableBagWriter:
     """Make the new bag beside the old one, under the first name that is free."""
     bag = bag.absolute()
     custom = {**torn.custom, "recovered_from": bag.name}
-    for number in count(1):
-        suffix = RECOVERED if number == 1 else f"{RECOVERED}.{number}"
-        folder = bag.with_name(bag.name + suffix)
-        if not folder.exists():
-            return DurableBagWriter(folder, custom)
-    raise AssertionError  # pragma: no cover
+    suffixes = (RECOVERED if number == 1 else f"{RECOVERED}.{number}" for number in count(1))
+    names = (bag.with_name(bag.name + suffix) for suffix in suffixes)
+    return DurableBagWriter(next(name for name in names if not name.exists()), custom)
