@@ -28,7 +28,7 @@ setup(
     install_requires=[
         "matplotlib",
         "mcap>=1.2",
-        "mujoco>=3.2",
+        "mujoco>=4.0",
         "numpy>=1.26",
         "pyyaml",
         "rosbags>=0.10",

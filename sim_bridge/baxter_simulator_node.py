@@ -21,7 +21,7 @@ from irlpilco_ros.nodes.runtime import run_node
 from sim_bridge.baxter_simulation import INITIAL_POSE, PERIOD, BaxterSimulation
 from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.joints import GRIPPER_JOINTS
-from sim_bridge.simulation_clock import Pacemaker
+from sim_bridge.pacemaker import Pacemaker
 from sim_bridge.simulation_settings import SimulationSettings
 from sim_bridge.viewer import Viewer
 
