@@ -230,7 +230,10 @@ def _joints(run: RunSummary, artwork: Artwork) -> str:
             "name: root mean square of its error [rad]."
         )
         if iteration.prediction is not None:
-            caption += " The prediction was made before the trial, from all trials before it."
+            caption += (
+                " The prediction was made before the trial, from all trials before it; "
+                f"{100 * run.coverage(iteration):.0f} % of the trial are within its band."
+            )
         attributes = f' class="joints" id="joints-{index}-{view}"'
         figures.append(_figure(_svg(svg), alt, caption, attributes))
     return (

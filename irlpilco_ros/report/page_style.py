@@ -39,9 +39,11 @@ tr.last td { font-weight: 600; }
 .choice input:checked + span { background: var(--ink); border-color: var(--ink); color: #fff; }
 .choice input:focus-visible + span { outline: 2px solid #0072B2; outline-offset: 2px; }
 .note { border-left: 3px solid var(--accent); padding: .3rem 0 .3rem .9rem; margin: 1rem 0; }
+.settings td:first-child { white-space: nowrap; }
 details { margin-top: 1rem; }
 summary { cursor: pointer; }
-.settings td { text-align: left; font-size: .84rem; overflow-wrap: anywhere; vertical-align: top; }
+td { white-space: nowrap; }
+.settings td { text-align: left; white-space: normal; font-size: .84rem; overflow-wrap: anywhere; vertical-align: top; }
 code { font: .9em ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace; }
 @media print { .choice { display: none; } body { padding: 0; } figure { break-inside: avoid; } }
 """

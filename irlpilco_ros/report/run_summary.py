@@ -124,6 +124,16 @@ class RunSummary:
         squares = (iteration.prediction - self.demonstration) ** 2 + iteration.deviation**2
         return float(np.sqrt(squares[1:].mean()))
 
+    def coverage(self, iteration: IterationSummary) -> float:
+        """Return the share of a trial, 0..1, within two predicted standard deviations.
+
+        NaN for an iteration without a prediction. The start is left out.
+        """
+        if iteration.prediction is None or iteration.deviation is None:
+            return float("nan")
+        off = np.abs(iteration.trial - iteration.prediction)
+        return float((off <= 2.0 * iteration.deviation)[1:].mean())
+
     def joint_rmse(self, iteration: IterationSummary) -> FloatArray:
         """Return the error of every joint in a trial, shape (J,) [rad]."""
         squares = (iteration.trial - self.demonstration)[1:] ** 2

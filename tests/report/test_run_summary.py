@@ -22,6 +22,15 @@ def test_predicted_error_counts_mean_and_spread_but_not_the_start() -> None:
 def test_initial_trial_has_no_predicted_error() -> None:
     run = summary(("a", "b"))
     assert np.isnan(run.predicted_rmse(run.iterations[0]))
+    assert np.isnan(run.coverage(run.iterations[0]))
+
+
+def test_coverage_counts_what_is_within_two_standard_deviations() -> None:
+    run = summary(("a", "b"), horizon=2)
+    trial = np.array([[9.0, 9.0], [0.19, 0.21], [-0.19, 0.0]])
+    exact = {"prediction": np.zeros((3, 2)), "deviation": np.full((3, 2), 0.1)}
+    iteration = dataclasses.replace(run.last, trial=trial, **exact)
+    assert run.coverage(iteration) == pytest.approx(3 / 4)
 
 
 def test_error_of_each_joint_leaves_out_the_start() -> None:
