@@ -32,7 +32,8 @@ def cubature_moments(
     """
     n = len(state.mean)
     lift = _JITTER * max(float(np.trace(state.covariance)), _JITTER)
-    factor = np.linalg.cholesky(state.covariance + lift * np.eye(n))
+    lifted: Array = state.covariance + lift * np.eye(n)
+    factor = np.asarray(np.linalg.cholesky(lifted), dtype=np.float64)
     offsets = np.sqrt(n) * np.hstack([factor, -factor]).T
     values, jacobians = function(state.mean + offsets)
     mean = values.mean(axis=0)

@@ -84,12 +84,12 @@ def _rbf_policy(task: Task, settings: LearningSettings, targets: Array, limit: A
 
 def _spread_steps(task: Task, settings: LearningSettings) -> Array:
     """Return as many steps as there are bumps, evenly over the trial."""
-    return np.round(np.linspace(0, task.horizon - 1, settings.rbf_count)).astype(int)
+    steps: Array = np.round(np.linspace(0, task.horizon - 1, settings.rbf_count)).astype(int)
+    return steps
 
 
 def _ridge(inputs: Array, targets: Array, ridge: float) -> Array:
     """Return the coefficients (k, F) of a ridge regression, the ridge relative to the inputs."""
-    gram = inputs.T @ inputs
+    gram: Array = inputs.T @ inputs
     gram += ridge * max(float(np.trace(gram)), 1e-12) / len(gram) * np.eye(len(gram))
-    coefficients: Array = np.linalg.solve(gram, inputs.T @ targets)
-    return coefficients
+    return np.asarray(np.linalg.solve(gram, inputs.T @ targets), dtype=np.float64)

@@ -23,7 +23,7 @@ from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
 from irlpilco_ros.learning.threads import one_blas_thread
-from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.trial_data import train_on_trials
 from irlpilco_ros.learning.weight_rules import WEIGHT_RULES
 
 __all__ = [
@@ -169,20 +169,16 @@ def _train_model(
     previous: Iteration | None,
     report: _Reporter,
 ) -> DynamicsModel:
-    layout = task.state_layout
-    inputs = [
-        np.hstack([layout.dynamics_view(trial.states[:-1]), trial.controls]) for trial in trials
-    ]
     prior = None
     if settings.prior_mean == "velocity":
         prior = velocity_prior(task.control_size, task.dt)
-    return train(
-        np.vstack(inputs),
-        np.vstack([layout.targets(trial.states) for trial in trials]),
-        prior_mean=prior,
-        warm_start=previous.hyperparameters if previous is not None else None,
-        threads=settings.threads,
-        progress=report.model,
+    return train_on_trials(
+        trials,
+        task.state_layout,
+        prior,
+        previous.hyperparameters if previous is not None else None,
+        settings.threads,
+        report.model,
     )
 
 

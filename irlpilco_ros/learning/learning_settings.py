@@ -13,7 +13,8 @@ class LearningSettings:
 
     method: str = setting(
         "feature_matching",
-        "What imitation means: features step by step, their discounted sum, or trajectory KL.",
+        "What imitation means: features step by step, their discounted sum, or trajectory KL "
+        "(which a wide prediction pleases: give it the lbfgs optimiser).",
         choices=("feature_matching", "feature_expectations", "trajectory_kl"),
     )
     prior_mean: str = setting(

@@ -101,35 +101,51 @@ def search_policy(
 
 
 def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
-    """Levenberg-Marquardt with the exact gradient and the curvature R'R of the means."""
+    """Levenberg-Marquardt: the exact gradient, the curvature of means and gains."""
     damping, patience = _FIRST_DAMPING, _PATIENCE
-    while not tracker.exhausted and patience > 0:
-        theta, gradient = current.policy.parameters, current.gradient()
-        curvature = current.curvature()
-        while not tracker.exhausted:
-            step = _damped_step(curvature, gradient, damping)
+    while patience > 0:
+        better, damping = _damped_descent(tracker, current, damping)
+        if better is None:
+            return
+        gain = current.value - better.value
+        small = gain < _SMALLEST_GAIN * abs(current.value)
+        patience = patience - 1 if small else _PATIENCE
+        current = better
+
+
+def _damped_descent(
+    tracker: _Tracker, current: Evaluation, damping: float
+) -> tuple[Evaluation | None, float]:
+    """Return the first better evaluation as damping grows (None if none), and the next damping."""
+    theta, gradient, curvature = (
+        current.policy.parameters,
+        current.gradient(),
+        current.curvature(),
+    )
+    while not tracker.exhausted and damping <= _LARGEST_DAMPING:
+        step = _damped_step(curvature, gradient, damping)
+        if step is not None:
             candidate = tracker.evaluate(current.policy.with_parameters(theta - step))
             if candidate is not None and candidate.value < current.value:
-                break
-            damping *= 8.0
-            if damping > _LARGEST_DAMPING:
-                return
-        else:
-            return
-        gain = (current.value - candidate.value) / max(current.value, 1e-300)
-        patience = patience - 1 if gain < _SMALLEST_GAIN else _PATIENCE
-        current = candidate
-        damping = max(damping / 5.0, _SMALLEST_DAMPING)
+                return candidate, max(damping / 5.0, _SMALLEST_DAMPING)
+        damping *= 8.0
+    return None, damping
 
 
-def _damped_step(curvature: Array, gradient: Array, damping: float) -> Array:
-    """Solve (C + d I) step = gradient, d being the damping times the mean curvature."""
+def _damped_step(curvature: Array, gradient: Array, damping: float) -> Array | None:
+    """Solve (C + d I) step = gradient, d being the damping times the mean curvature.
+
+    None if that has no finite solution at this damping.
+    """
     damped = curvature.copy()
     scale = float(np.trace(curvature)) / len(gradient)
     damped[np.diag_indices_from(damped)] += damping * scale + 1e-12
-    factor = linalg.cho_factor(damped, overwrite_a=True, check_finite=False)
-    step: Array = linalg.cho_solve(factor, gradient, check_finite=False)
-    return step
+    try:
+        factor = linalg.cho_factor(damped, overwrite_a=True)
+        step: Array = linalg.cho_solve(factor, gradient)
+    except (linalg.LinAlgError, ValueError):  # indefinite by rounding, or not finite
+        return None
+    return step if np.isfinite(step).all() else None
 
 
 def _lbfgs(tracker: _Tracker, start: Evaluation) -> None:
@@ -141,6 +157,8 @@ def _lbfgs(tracker: _Tracker, start: Evaluation) -> None:
     def objective(theta: Array) -> tuple[float, Array]:
         if tracker.exhausted:
             raise _ExhaustedError
+        if not np.isfinite(theta).all():
+            return _HOPELESS, np.zeros_like(theta)
         evaluation = tracker.evaluate(start.policy.with_parameters(theta))
         if evaluation is None:
             return _HOPELESS, np.zeros_like(theta)

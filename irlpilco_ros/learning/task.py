@@ -128,7 +128,8 @@ class Task:
             controls: Array = np.mean([run.controls for run in self.demonstrations], axis=0)
             return controls
         positions = self.reference_states()[:, : self.control_size]
-        return np.diff(positions, axis=0) / self.dt
+        speeds: Array = np.diff(positions, axis=0) / self.dt
+        return speeds
 
     def reference_states(self) -> Array:
         """Return the mean of the demonstrations, shape (H + 1, D)."""
@@ -150,13 +151,19 @@ class Task:
         """
         features = np.stack([self.feature_map.of(run.states) for run in self.demonstrations])
         deviations = features - features.mean(axis=0)
-        spread = np.einsum("nti,ntj->tij", deviations, deviations) / max(1, len(features) - 1)
+        spread: Array = np.einsum("nti,ntj->tij", deviations, deviations) / max(
+            1, len(features) - 1
+        )
         for t, state in enumerate(self.reference_states()):
-            spread[t] += self._feature_noise(state)
+            spread[t] += self._noise_at(state)
         return spread
 
-    def _feature_noise(self, state: Array) -> Array:
+    def feature_noise(self) -> Array:
+        """Return the sensor noise as the features see it, on average, shape (k, k)."""
+        noise: Array = np.mean([self._noise_at(state) for state in self.reference_states()], axis=0)
+        return noise
 
+    def _noise_at(self, state: Array) -> Array:
         moments, _ = self.feature_map.moments(Gaussian(state, np.diag(self.noise**2)))
         floor = (1e-3 * self.scale) ** 2
         noise: Array = moments.covariance + np.diag(floor)

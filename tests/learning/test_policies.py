@@ -96,7 +96,7 @@ def test_gradient_by_the_parameters(kind):
 @pytest.mark.parametrize("kind", ALL)
 def test_mean_sensitivity_without_spread_is_exact(kind):
     policy, state = make(kind), Gaussian(np.array([0.1, -0.5, 0.9, 0.2]), np.zeros((D, D)))
-    moments, pullback = policy.moments(state, 3)
+    _, pullback = policy.moments(state, 3)
     nothing = np.zeros((F, F)), np.zeros((F, D))
     expected = np.stack([pullback(row, *nothing)[2] for row in np.eye(F)])
     np.testing.assert_allclose(policy.mean_sensitivity(state, 3), expected, atol=1e-12)

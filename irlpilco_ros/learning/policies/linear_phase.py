@@ -140,4 +140,5 @@ def phase_features(step: int, count: int, horizon: int) -> Array:
     last = horizon - 1
     distance = min(step, last) * (count - 1) / last - np.arange(count)
     bumps = np.exp(-0.5 * distance**2)
-    return bumps / bumps.sum()
+    normalised: Array = bumps / bumps.sum()
+    return normalised

@@ -62,7 +62,8 @@ class OpenLoopPolicy:
         """Return the control (F,) of a step, whatever the state."""
         if step >= len(self.controls):
             return np.zeros_like(self.control_limit)
-        return self.controls[step].copy()
+        control: Array = self.controls[step].copy()
+        return control
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True

@@ -1,0 +1,122 @@
+import numpy as np
+import pytest
+from toy_models import JOINTS, LaggingJoints, toy_model, toy_task
+
+from irlpilco_ros.learning.costs import FeatureMatching
+from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.features import JointPositions
+from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.irl_pilco import (
+    LearningSettings,
+    imitation_objective,
+    initial_policy,
+    weigh,
+)
+from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.policies import LinearPhasePolicy
+from irlpilco_ros.learning.policy_search import search_policy
+from irlpilco_ros.learning.prior_mean import velocity_prior
+from irlpilco_ros.learning.state_layout import StateLayout
+from irlpilco_ros.learning.trial_data import train_on_trials
+
+LIMIT = np.array([1.0, 0.8])
+
+
+def objective():
+    reference = 0.3 * np.random.default_rng(1).standard_normal((6, 2)).cumsum(axis=0) * 0.3
+    cost = FeatureMatching(JointPositions(2), reference, np.array([0.6, 0.8]))
+    start = Gaussian(np.zeros(4), 1e-4 * np.eye(4))
+    return Objective(toy_model(6, 4, points=30), start, 5, StateLayout(4), cost)
+
+
+def policy(seed=None):
+    zero = LinearPhasePolicy(np.zeros((2, 4)), np.zeros((2, 5)), 5, LIMIT)
+    if seed is None:
+        return zero
+    noise = np.random.default_rng(seed).standard_normal(zero.parameters.shape)
+    return zero.with_parameters(noise)
+
+
+@pytest.mark.parametrize("optimiser", ["gauss_newton", "lbfgs"])
+def test_search_improves_and_never_gets_worse(optimiser):
+    problem, seen = objective(), []
+    start = problem.evaluate(policy()).value
+    found = search_policy(problem, [policy()], optimiser, 30, lambda c, n: seen.append((c, n)))
+    assert found.cost < 0.5 * start
+    assert found.cost == pytest.approx(problem.evaluate(found.policy).value, rel=1e-12)
+    assert (np.diff([cost for cost, _ in seen]) <= 0.0).all()
+    assert [n for _, n in seen] == list(range(1, len(seen) + 1))
+    assert found.evaluations == len(seen) <= 31
+
+
+def test_gauss_newton_needs_fewer_evaluations_to_imitate():
+    task, settings = toy_task(), LearningSettings(phase_count=6, threads=1)
+    first = initial_policy(task, settings)
+    trials = [LaggingJoints().run(first, task.reference_states()[0])]
+    prior = velocity_prior(JOINTS, task.dt)
+    model = train_on_trials(trials, task.state_layout, prior, None, 1)
+    weights, _ = weigh(task, settings, trials)
+    problem = imitation_objective(task, settings, model, trials, weights)
+    gauss_newton = search_policy(problem, [first], "gauss_newton", 10)
+    lbfgs = search_policy(problem, [first], "lbfgs", 20)
+    assert gauss_newton.cost < 0.5 * lbfgs.cost
+
+
+def test_the_best_start_is_improved():
+    problem = objective()
+    starts = [policy(0), policy(), policy(1)]
+    best = min(problem.evaluate(start).value for start in starts)
+    assert search_policy(problem, starts, "gauss_newton", 3).cost <= best
+
+
+def test_converged_search_stops_early():
+    problem = objective()
+    found = search_policy(problem, [policy()], "gauss_newton", 300)
+    assert found.evaluations < 290
+    again = search_policy(problem, [found.policy], "gauss_newton", 50)
+    assert again.cost == pytest.approx(found.cost, rel=5e-2)
+
+
+def test_curvature_is_positive_and_close_to_the_hessian_at_a_good_fit():
+    problem = objective()
+    evaluation = problem.evaluate(search_policy(problem, [policy()], "gauss_newton", 60).policy)
+    curvature = evaluation.curvature()
+    assert np.linalg.eigvalsh(curvature).min() > -1e-8 * np.trace(curvature)
+
+
+def test_progress_may_cancel():
+    def cancel(cost, evaluations):
+        if evaluations == 3:
+            raise KeyboardInterrupt
+
+    for optimiser in ("gauss_newton", "lbfgs"):
+        with pytest.raises(KeyboardInterrupt):
+            search_policy(objective(), [policy()], optimiser, 30, cancel)
+
+
+class Sometimes:
+    """A model that fails from a given prediction on."""
+
+    def __init__(self, model, good):
+        self.model, self.good = model, good
+
+    def predict(self, mean, covariance, method="first_order", gradient=True):
+        self.good -= 1
+        if self.good < 0:
+            raise NumericalError("no answer")
+        return self.model.predict(mean, covariance, method, gradient)
+
+
+@pytest.mark.parametrize("optimiser", ["gauss_newton", "lbfgs"])
+def test_failed_predictions_are_passed_over(optimiser):
+    problem = objective()
+    broken = Objective(Sometimes(problem.model, 12), problem.start, 5, problem.layout, problem.cost)
+    found = search_policy(broken, [policy()], optimiser, 8)
+    assert np.isfinite(found.cost)
+
+
+def test_no_finite_start_is_an_error_that_says_what_to_do():
+    problem = objective()
+    broken = Objective(Sometimes(problem.model, 0), problem.start, 5, problem.layout, problem.cost)
+    with pytest.raises(NumericalError, match="zero"):
+        search_policy(broken, [policy()], "gauss_newton", 5)

@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy import optimize
+
+from irlpilco_ros.learning.weight_rules import (
+    WEIGHT_RULES,
+    latest,
+    max_margin,
+    minimum_norm_point,
+    projection,
+    uniform,
+)
+
+DEVIATIONS = st.tuples(st.integers(1, 6), st.integers(1, 5)).flatmap(
+    lambda shape: arrays(float, shape, elements=st.floats(0.0, 100.0).map(lambda x: round(x, 3)))
+)
+
+
+def by_generic_solver(points):
+    """max t s.t. w'psi_j >= t, |w| <= 1."""
+    k = points.shape[1]
+    scale = points.max()
+    start = np.append(np.full(k, 0.5 / np.sqrt(k)), 0.0)
+    result = optimize.minimize(
+        lambda x: -x[-1],
+        start,
+        constraints=[
+            {"type": "ineq", "fun": lambda x: points @ x[:-1] / scale - x[-1]},
+            {"type": "ineq", "fun": lambda x: 1.0 - x[:-1] @ x[:-1]},
+        ],
+        method="SLSQP",
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    return result.x[:-1], scale * result.x[-1]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_max_margin_agrees_with_a_generic_solver(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.exponential(size=(rng.integers(1, 9), rng.integers(2, 8)))
+    weights, margin = max_margin(points)
+    expected_weights, expected_margin = by_generic_solver(points)
+    assert margin == pytest.approx(expected_margin, rel=1e-5)
+    np.testing.assert_allclose(weights, expected_weights, atol=1e-3)
+
+
+@settings(deadline=None)
+@given(DEVIATIONS)
+def test_max_margin_is_optimal(points):
+    """Every trial is at least the margin away, and no mixture is nearer: this is a certificate."""
+    weights, margin = max_margin(points)
+    scale = max(points.max(), 1e-9)
+    assert np.linalg.norm(weights) == pytest.approx(1.0)
+    assert (weights >= -1e-9).all()
+    assert (points @ weights >= margin - 1e-6 * scale).all()
+    assert margin <= np.linalg.norm(points, axis=1).min() + 1e-9 * scale
+
+
+@settings(deadline=None)
+@given(DEVIATIONS)
+def test_the_margin_never_increases_with_another_trial(points):
+    margins = [max_margin(points[: n + 1])[1] for n in range(len(points))]
+    assert (np.diff(margins) <= 1e-6 * max(points.max(), 1e-9)).all()
+
+
+@pytest.mark.parametrize("rule", WEIGHT_RULES)
+def test_every_rule_gives_unit_weights_and_a_finite_margin(rule):
+    rng = np.random.default_rng(0)
+    for points in (
+        rng.exponential(size=(5, 4)),
+        np.zeros((2, 4)),
+        np.ones((3, 4)),
+        1e-9 * np.ones((1, 4)),
+    ):
+        weights, margin = WEIGHT_RULES[rule](points)
+        assert np.linalg.norm(weights) == pytest.approx(1.0)
+        assert (weights >= 0.0).all()
+        assert margin >= 0.0
+        assert np.isfinite(margin)
+
+
+def test_minimum_norm_point_between_two_points():
+    np.testing.assert_allclose(
+        minimum_norm_point(np.array([[2.0, 0.0], [0.0, 2.0]])), [1.0, 1.0], rtol=1e-6
+    )
+
+
+def test_latest_sees_the_last_trial_alone():
+    weights, margin = latest(np.array([[0.0, 1.0], [3.0, 4.0]]))
+    np.testing.assert_allclose(weights, [0.6, 0.8])
+    assert margin == pytest.approx(5.0)
+
+
+def test_projection_steps_towards_the_origin_and_no_further_than_the_trial():
+    point = projection(np.array([[2.0, 0.0], [0.0, 2.0]]))
+    np.testing.assert_allclose(point[0], np.ones(2) / np.sqrt(2))
+    assert point[1] == pytest.approx(np.sqrt(2))
+    clipped = projection(np.array([[4.0, 0.0], [1.0, 0.0]]))
+    assert clipped[1] == pytest.approx(1.0)
+
+
+def test_uniform_margin_is_the_best_trial():
+    weights, margin = uniform(np.array([[1.0, 1.0], [3.0, 4.0]]))
+    np.testing.assert_allclose(weights, np.ones(2) / np.sqrt(2))
+    assert margin == pytest.approx(np.sqrt(2))
