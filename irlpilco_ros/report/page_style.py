@@ -43,7 +43,8 @@ tr.last td { font-weight: 600; }
 details { margin-top: 1rem; }
 summary { cursor: pointer; }
 td { white-space: nowrap; }
-.settings td { text-align: left; white-space: normal; font-size: .84rem; overflow-wrap: anywhere; vertical-align: top; }
+.settings td { text-align: left; white-space: normal; font-size: .84rem;
+  overflow-wrap: anywhere; vertical-align: top; }
 code { font: .9em ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace; }
 @media print { .choice { display: none; } body { padding: 0; } figure { break-inside: avoid; } }
 """
