@@ -1,0 +1,142 @@
+"""`irlpilco demo` as a process: its rows, what it does when a node dies, how it is stopped."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from irlpilco_ros.experience.run_directory import RunDirectory
+
+pytestmark = [pytest.mark.dds, pytest.mark.slow]
+
+# The report is tested elsewhere, and takes longer than all the rest.
+PROGRAM = """
+import sys
+from irlpilco_ros.commands import demo
+demo.make_report = lambda path: path / "report" / "index.html"
+from irlpilco_ros.cli import main
+sys.exit(main(["demo", *sys.argv[1:]]))
+"""
+SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 4\n"
+NODES = {
+    "baxter_simulator",
+    "demonstrator",
+    "demonstration_recorder",
+    "controller",
+    "learner",
+}
+
+
+class RunningDemo:
+    """The demo in a process of its own, and what can be seen of it from outside."""
+
+    def __init__(self, folder, repository, *words):
+        self.run = RunDirectory(folder / "run")
+        settings = folder / "settings.yaml"
+        settings.write_text(SETTINGS)
+        environment = {**os.environ, "PYTHONPATH": str(repository)}
+        environment.pop("ROS_DOMAIN_ID", None)
+        self.output = folder / "output.txt"
+        command = [sys.executable, "-c", PROGRAM, "--run-directory", str(self.run.path)]
+        with self.output.open("wb") as output:
+            self.process = subprocess.Popen(
+                [*command, "--settings", str(settings), *words],
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    def children(self):
+        """Return the process id of each running node by its name."""
+        pid = self.process.pid
+        found = {}
+        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            words = Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
+            if b"-m" in words:
+                module = words[words.index(b"-m") + 1].decode()
+                found[module.rpartition(".")[2].removesuffix("_node")] = int(child)
+        return found
+
+    def wait_for_text(self, text):
+        deadline = time.monotonic() + 60.0
+        while text not in self.text():
+            assert time.monotonic() < deadline, self.text()
+            assert self.process.poll() is None, self.text()
+            time.sleep(0.05)
+
+    def text(self):
+        return self.output.read_text()
+
+
+@pytest.fixture
+def demo(tmp_path, repository):
+    running = []
+
+    def begin(*words):
+        running.append(RunningDemo(tmp_path, repository, *words))
+        return running[-1]
+
+    yield begin
+    for each in running:
+        if each.process.poll() is None:
+            os.killpg(each.process.pid, signal.SIGTERM)
+            each.process.wait(30.0)
+
+
+def is_gone(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+def test_it_demonstrates_replays_learns_and_stops_its_nodes(demo):
+    shown = demo("--iterations", "1", "--seed", "4")
+    shown.wait_for_text("learning: ")
+    nodes = shown.children()
+    assert set(nodes) == NODES
+    assert shown.process.wait(120.0) == 0, shown.text()
+    assert all(is_gone(pid) for pid in nodes.values())
+    lines = shown.text().splitlines()
+    assert lines[0].startswith(f"run directory {shown.run.path}, ROS_DOMAIN_ID ")
+    table = [line.split() for line in lines if line[:1] == " "]
+    assert [row[0] for row in table] == ["replay", "0", "1"]
+    replay, first = shown.run.replay_metrics(), shown.run.metrics()[1]
+    assert table[0][2] == f"{replay.rmse_rad:.4f}"
+    assert table[2][2] == f"{first.rmse_rad:.4f}"
+    assert first.rmse_rad < 0.05
+    assert lines[-1] == f"report: {shown.run.report_directory / 'index.html'}"
+    assert shown.run.configuration()["seed"] == 4
+    assert shown.run.configuration()["evaluations"] == 4
+    assert {path.stem for path in (shown.run.path / "log").glob("*.log")} == NODES
+
+
+def test_a_node_that_dies_ends_it_with_the_reason(demo):
+    shown = demo()
+    shown.wait_for_text("demo: demonstration")
+    nodes = shown.children()
+    os.kill(nodes["controller"], signal.SIGKILL)
+    assert shown.process.wait(60.0) == 1
+    assert "irlpilco: the node controller ended with signal SIGKILL" in shown.text()
+    assert "Traceback" not in shown.text()
+    assert all(is_gone(pid) for pid in nodes.values())
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_it_stops_its_nodes_when_it_is_told_to_end(demo, number, code):
+    shown = demo()
+    shown.wait_for_text("demo: start the nodes")
+    nodes = shown.children()
+    os.kill(shown.process.pid, number)
+    assert shown.process.wait(30.0) == code
+    assert all(is_gone(pid) for pid in nodes.values())
+    assert "Traceback" not in shown.text()
