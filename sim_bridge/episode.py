@@ -16,13 +16,18 @@ from irlpilco_ros.learning.rollout import Rollout
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import ApproachError
 from sim_bridge.guided_motion import Approach, GuidedMotion, load_motion
+from sim_bridge.joints import ARM_JOINTS
 
 Vector = NDArray[np.float64]
 
 APPROACH_SPEED = 0.4  # [rad/s] of the fastest joint
 APPROACH_TOLERANCE = 0.002  # [rad]
 _APPROACH_GAIN = 3.0  # [1/s]
-_APPROACH_TIME = 60.0  # [s] after which an approach has failed
+_PATIENCE = 5.0  # [s] more than twice the expected time until an approach has failed
+_S0 = [ARM_JOINTS.index("left_s0"), ARM_JOINTS.index("right_s0")]
+_S1 = [ARM_JOINTS.index("left_s1"), ARM_JOINTS.index("right_s1")]
+_SPREAD = np.array([1.2, -1.2])  # [rad] of s0: both arms point outwards
+_RAISED = -0.9  # [rad] of s1: hands well above the table
 _SLOW = 0.03  # [rad/s]: above the noise of measured velocities
 
 
@@ -78,31 +83,55 @@ def run_trial(
 
 
 def move_to_start(simulation: BaxterSimulation, start: ArrayLike) -> None:
-    """Move the arms by velocity commands, straight in joint space, until they stand at `start`.
+    """Move the arms by velocity commands until they stand at `start`.
+
+    They go straight in joint space; arms that have caught each other after a wild trial are first
+    spread outwards, as a person would free them.
 
     Raises:
-        ApproachError: they are not there after a minute of simulated time.
+        ApproachError: something is still in the way.
     """
+    goal = np.asarray(start, dtype=float)
+    if _approach(simulation, goal):
+        return
+    spread = _with_shoulders(simulation.true_positions, _SPREAD, _RAISED)
+    above = _with_shoulders(goal, 0.7 * _SPREAD, goal[_S1] - 0.3)
+    for waypoint in (spread, above):
+        _approach(simulation, waypoint)
+    if not _approach(simulation, goal):
+        distance = goal - simulation.true_positions
+        furthest = int(np.abs(distance).argmax())
+        raise ApproachError(
+            f"{simulation.joint_names[furthest]} is still {distance[furthest]:.4f} [rad] from the "
+            f"start; expected {APPROACH_TOLERANCE} [rad]: is an arm blocked, or loaded beyond "
+            "what its servo holds?"
+        )
+
+
+def _approach(simulation: BaxterSimulation, goal: Vector) -> bool:
+    """Go straight to a goal; False if the arms are not there long after they should be."""
     names = simulation.joint_names
     joints = len(names)
-    goal = np.asarray(start, dtype=float)
-    for _ in range(round(_APPROACH_TIME * 100)):
+    expected = np.abs(goal - simulation.true_positions).max() / APPROACH_SPEED
+    for _ in range(round((2.0 * expected + _PATIENCE) * 100)):
         state = simulation.read().state(names)
         distance = goal - state[:joints]
         if np.abs(distance).max() < APPROACH_TOLERANCE and np.abs(state[joints:]).max() < _SLOW:
             simulation.command(names, np.zeros(joints))
             simulation.step()
-            return
+            return True
         velocities = _APPROACH_GAIN * distance
         velocities *= min(1.0, APPROACH_SPEED / np.abs(velocities).max())
         simulation.command(names, velocities)
         simulation.step()
-    furthest = int(np.abs(distance).argmax())
-    raise ApproachError(
-        f"{names[furthest]} is still {distance[furthest]:.4f} [rad] from the start after "
-        f"{_APPROACH_TIME:g} [s]; expected {APPROACH_TOLERANCE} [rad]: is an arm blocked, or "
-        "loaded beyond what its servo holds?"
-    )
+    return False
+
+
+def _with_shoulders(positions: Vector, s0: ArrayLike, s1: ArrayLike) -> Vector:
+    """Return the positions with other shoulder angles, left and right."""
+    changed = positions.copy()
+    changed[_S0], changed[_S1] = s0, s1
+    return changed
 
 
 def play_demonstration(

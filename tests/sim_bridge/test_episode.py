@@ -80,13 +80,24 @@ def test_move_to_start_arrives_and_stands() -> None:
         assert np.abs(robot.true_velocities).max() < 0.02
 
 
-def test_move_to_start_says_what_is_in_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(episode, "_APPROACH_TIME", 10.0)
+def test_move_to_start_says_what_is_in_the_way() -> None:
     robot = BaxterSimulation()
     goal = robot.true_positions
     goal[0] = robot.position_limits[1, 0] + 0.3
     with pytest.raises(ApproachError, match="left_s0 is still"):
         move_to_start(robot, goal)
+
+
+def test_arms_that_caught_each_other_come_free() -> None:
+    start = load_motion().waypoints[0]
+    robot = BaxterSimulation(SimulationSettings(preset="stiff", seed=14))
+    robot.reset(positions=start)
+    rng = np.random.default_rng(14)
+    wild = [rng.uniform(-1, 1, 14) * np.sign(np.sin(k / 3 + 14)) for k in range(16)]
+    run_trial(robot, Replay(np.array(wild)), horizon=16)
+    assert not episode._approach(robot, start), "the straight way is blocked"
+    move_to_start(robot, start)
+    assert np.abs(robot.true_positions - start).max() < APPROACH_TOLERANCE + 2e-3
 
 
 def test_demonstration_follows_the_sweep_and_nobody_commands() -> None:
