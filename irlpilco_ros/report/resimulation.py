@@ -30,12 +30,8 @@ PIECES = 20
 SETTLING_TIME = 0.5
 """How long the arms stand at the end before the debris is counted [s]."""
 CAMERA = "front"
-RENDERED_SIZE = (480, 360)
-"""Width and height that are drawn [pixel]."""
-KEPT_HEIGHT = 290
-"""What is kept of the height, from the top [pixel]: below is table only."""
-FIELD_OF_VIEW = 32.0
-"""Vertical, of the camera in front of the robot [degree]: arms, brush, debris and pan."""
+FRAME_SIZE = (480, 320)
+"""Width and height of a picture [pixel]."""
 FRAME_STEP = 16
 """Steps of 10 ms from picture to picture: the animation has 6.25 a second."""
 SHADOW_SIZE = 2048
@@ -101,11 +97,11 @@ def film(motion: GuidedMotion, seed: int) -> Film:
     simulation = _at_start(motion, seed)
     _simplify(simulation.model)
     frames, times = [], []
-    with FrameRenderer(simulation, *RENDERED_SIZE, camera=CAMERA) as renderer:
+    with FrameRenderer(simulation, *FRAME_SIZE, camera=CAMERA) as renderer:
 
         def draw() -> None:
             if round(simulation.time * 100) % FRAME_STEP == 0:
-                frames.append(renderer.frame()[:KEPT_HEIGHT])
+                frames.append(renderer.frame())
                 times.append(simulation.time)
 
         draw()
@@ -114,12 +110,11 @@ def film(motion: GuidedMotion, seed: int) -> Film:
 
 
 def _simplify(model: Any) -> None:
-    """Look closer, at half the cost: coarser cylinders and shadows, no mirror in the floor."""
+    """Draw at half the cost: coarser cylinders and shadows, no mirror in the floor."""
     model.vis.quality.shadowsize = SHADOW_SIZE
     model.vis.quality.numslices = 14
     model.vis.quality.numstacks = 8
     model.mat_reflectance[:] = 0.0
-    model.camera(CAMERA).fovy[:] = FIELD_OF_VIEW
 
 
 def _at_start(motion: GuidedMotion, seed: int) -> BaxterSimulation:
