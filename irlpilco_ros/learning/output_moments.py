@@ -15,8 +15,8 @@ z_i = x_i - m, Lambda = diag(l^2), P1 = (Lambda + S)^-1 and P2 = (Lambda + 2S)^-
     dv/dm = 2 P2 Z'r - 2 M V     dv/dS = P2 Z'(diag(r) + Q)Z P2 - (sum Q) P2 - M Hess
 
 So a variance with all its derivatives takes one n x n exponential and two n x n x P products,
-and nothing of size n x n is kept. Q is symmetric: only the part of it on and to the right of its
-diagonal blocks is computed, strip by strip.
+and nothing of size n x n is kept. Q is symmetric: only the part of it on and above its diagonal
+blocks is computed, strip by strip.
 """
 
 from __future__ import annotations
@@ -198,24 +198,21 @@ def _pair_sums(
     pair_weights = posterior.pair_weights[group]
     rows = np.zeros((count, n))
     products = scratch("products", (count, size + 1, n))
-    products[...] = 0.0
     for start, stop in posterior.strips:
-        # The strip's rows, and all columns from its first row's on.
-        pairs = scratch("pairs", (count, stop - start, n - start))
-        np.matmul(np.swapaxes(left[:, :, start:stop], 1, 2), right[:, :, start:], out=pairs)
+        # The strip's columns, and all rows down to its last column's.
+        pairs = scratch("pairs", (count, stop, stop - start))
+        np.matmul(np.swapaxes(left[:, :, :stop], 1, 2), right[:, :, start:stop], out=pairs)
         if clip:
             np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
         np.exp(pairs, out=pairs)
-        pairs *= pair_weights[:, start:stop, start:]
-        np.sum(pairs, axis=2, out=rows[:, start:stop])
+        pairs *= pair_weights[:, :stop, start:stop]
+        rows[:, :stop] += pairs @ np.ones(stop - start)
         if gradient:
-            part = scratch("part", (count, size + 1, n - start))
-            np.matmul(displacements.z[:, :, start:stop], pairs, out=part)
-            products[:, :, start:] += part
+            np.matmul(displacements.z[:, :, :stop], pairs, out=products[:, :, start:stop])
     total = rows.sum(axis=1)
     if not gradient:
         return _PairSums(total, np.empty((count, 0)), np.empty((count, 0, 0)))
-    # Half of what is to the right of a strip's diagonal block belongs to its mirror image.
+    # Half of what is above a strip's diagonal block belongs to its mirror image.
     rows += products[:, size]
     rows *= 0.5
     moment = products[:, :size] @ np.swapaxes(displacements.z[:, :size], 1, 2)

@@ -133,16 +133,11 @@ def _covariances(
     """Return the covariances of a block of pairs (b,), and fill in their derivatives."""
     inverse = 1.0 / (block.d_a + block.d_b)
     k, log_determinant = regularised_inverse(single.covariance, inverse)
-    pairs = _exponentials(single, block, inverse, k, log_determinant)
-    weights_a = single.posterior.weights[block.a]
-    weights_b = single.posterior.weights[block.b]
+    left, right, clip = _exponent_factors(single, block, inverse, k, log_determinant)
     mean_a, mean_b = single.mean[block.a], single.mean[block.b]
-    rows = weights_a * (pairs @ weights_b[:, :, None])[:, :, 0]
+    rows, products = _products(single.posterior, block, left, right, clip, gradient)
     total = rows.sum(axis=1)
     if gradient:
-        weighted = block.z_a.z * weights_a[:, None, :]
-        products = np.matmul(weighted, pairs, out=scratch("products", (*weighted.shape,)))
-        products *= weights_b[:, None, :]
         moment, first = _moments(block, rows, products)
         turn = k * inverse[:, None, :]
         by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
@@ -157,10 +152,45 @@ def _covariances(
     return covariances
 
 
-def _exponentials(
+def _products(
+    posterior: Posterior,
+    block: _Block,
+    left: Array,
+    right: Array,
+    clip: bool,
+    gradient: bool,
+) -> tuple[Array, Array]:
+    """Return r (b, n) and, with gradient, Z'Q with c in the last row (b, P + 1, n).
+
+    Q is made and used strip by strip of its columns, so that it stays in the cache.
+    """
+    weights_a, weights_b = posterior.weights[block.a], posterior.weights[block.b]
+    count, height, n = left.shape
+    rows = np.zeros((count, n))
+    products = scratch("products", (count, height - 1, n))
+    weighted = block.z_a.z * weights_a[:, None, :] if gradient else products
+    for start, stop in posterior.strips:
+        pairs = scratch("pairs", (count, n, stop - start))
+        np.matmul(np.swapaxes(left, 1, 2), right[:, :, start:stop], out=pairs)
+        if clip:
+            np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
+        np.exp(pairs, out=pairs)
+        rows += (pairs @ weights_b[:, start:stop, None])[:, :, 0]
+        if gradient:
+            np.matmul(weighted, pairs, out=products[:, :, start:stop])
+    rows *= weights_a
+    if gradient:
+        products *= weights_b[:, None, :]
+    return rows, products
+
+
+def _exponent_factors(
     single: _Outputs, block: _Block, inverse: Array, k: Array, log_determinant: Array
-) -> Array:
-    """Return exp(e_ai + e_bj + z_i'D_a T D_b z_j), of shape (b, n, n), in scratch memory."""
+) -> tuple[Array, Array, bool]:
+    """Return [D_b T D_a Z'; e_a; 1] and [Z'; 1; e_b]: z_i'D_a T D_b z_j + e_ai + e_bj.
+
+    The third value says whether an exponent may lie below the smallest; T >= 0 bounds them.
+    """
     t = -inverse[:, :, None] * k * inverse[:, None, :]
     count, size = inverse.shape
     diagonals(t)[...] += inverse
@@ -181,11 +211,7 @@ def _exponentials(
     )
     left[:, size], left[:, size + 1] = factors[0], 1.0
     right[:, : size + 1], right[:, size + 1] = block.z_b.z, factors[1]
-    pairs = scratch("pairs", (count, n, n))
-    np.matmul(np.swapaxes(left, 1, 2), right, out=pairs)
-    if lowest < SMALLEST_EXPONENT:
-        np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
-    return np.exp(pairs, out=pairs)
+    return left, right, bool(lowest < SMALLEST_EXPONENT)
 
 
 def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
 _GROUPS = 4  # of outputs, which threads share out; more would make each numpy call too short
 _WORTH_SHARING = 100_000  # pairs of points; handing less to another thread costs more than it does
-_STRIP = 60  # rows of a symmetric n x n matrix that are worked on together
+_STRIP = 60  # columns of an n x n matrix that are worked on together
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,9 @@ class Posterior:
         lengthscales_squared: Squared length-scales, of shape (E, P).
         signal_variance: Variances of the latent functions, of shape (E,).
         weights: beta, of shape (E, n).
-        pair_weights: beta beta' - inverse, of shape (E, n, n), with everything to the right of
-            a strip of rows (see `strips`) doubled and everything to its left unused.
+        pair_weights: beta beta' - inverse, of shape (E, n, n), with everything above the
+            diagonal block of a strip of columns (see `strips`) doubled, and everything below
+            unused.
         notes: What had to be done to the matrices, in words; empty if nothing.
     """
 
@@ -50,9 +51,10 @@ class Posterior:
 
     @cached_property
     def strips(self) -> tuple[tuple[int, int], ...]:
-        """First and last row (exclusive) of the strips that a symmetric n x n matrix is cut into.
+        """First and last column (exclusive) of the strips that an n x n matrix is cut into.
 
-        Sums over all pairs of points need the rows of each strip from its own first column on.
+        Of a symmetric one, sums over all pairs of points need each strip's columns only down to
+        the end of its diagonal block.
         """
         return strips(self.weights.shape[1])
 
@@ -69,7 +71,7 @@ class Posterior:
 
 
 def strips(n: int) -> tuple[tuple[int, int], ...]:
-    """Cut n rows into strips of about equal height."""
+    """Cut n columns into strips of about equal width."""
     edges = np.linspace(0, n, max(1, round(n / _STRIP)) + 1).astype(int)
     return tuple((int(a), int(b)) for a, b in itertools.pairwise(edges))
 

@@ -101,7 +101,7 @@ def test_a_single_point_is_remembered():
 def test_absurd_units_are_refused():
     rng = np.random.default_rng(0)
     x, y = rng.standard_normal((8, 2)), rng.standard_normal((8, 1))
-    with pytest.raises(InvalidSettingError, match="training targets hold .*e\\+200"):
+    with pytest.raises(InvalidSettingError, match=r"training targets hold .*e\+200"):
         train(x, np.where(np.arange(8)[:, None] == 3, 1e200, y))
     with pytest.raises(InvalidSettingError, match="training inputs hold inf in row 3, column 1"):
         train(np.where(np.arange(16).reshape(8, 2) == 7, np.inf, x), y)
