@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -206,7 +207,10 @@ def test_real_time_factor(ros: RosGraph, factor: float, slowest: float, fastest:
     assert slowest <= elapsed / (clock.arrivals[-1] - started) <= fastest
 
 
-def test_broken_physics_stop_the_states_until_reset(ros: RosGraph) -> None:
+def test_broken_physics_stop_the_states_until_reset(
+    ros: RosGraph, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo leaves its log
     rclpy.init(domain_id=ros.domain)
     node = BaxterSimulatorNode()
     executor = SingleThreadedExecutor()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -78,7 +80,10 @@ def test_a_careless_sweep_does_not_break_the_physics(seed: int) -> None:
     assert np.isfinite(robot.data.qpos).all()
 
 
-def test_broken_physics_are_an_error_until_reset() -> None:
+def test_broken_physics_are_an_error_until_reset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo leaves its log
     robot = BaxterSimulation()
     robot.data.qvel[5] = np.nan
     with pytest.raises(DivergedError, match="broke down"):
