@@ -29,13 +29,13 @@ def error_figure(run: RunSummary) -> Figure:
             label = "expected by the model before the trial"
             axes.plot(indices, expected, label=label, markerfacecolor="white", **diamonds)
         if np.isfinite(run.replay_rmse):
-            label = f"open-loop replay of the demonstration: {run.replay_rmse:.4f} rad"
+            label = f"open-loop replay: {run.replay_rmse:.4f} rad"
             axes.axhline(run.replay_rmse, label=label, **style.REPLAY)
         axes.set_ylabel("joint error, RMS [rad]")
         _wide_scale(axes, [*errors, *expected, run.replay_rmse])
         _iteration_axis(axes, run)
         _robot_time_axis(axes, run)
-        axes.legend(loc="best")
+        figure.legend(loc="outside lower center", ncols=3)
         return figure
 
 
