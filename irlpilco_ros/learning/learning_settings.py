@@ -47,7 +47,7 @@ class LearningSettings:
         choices=("gauss_newton", "lbfgs"),
     )
     evaluations: int = setting(
-        16, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000
+        12, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000
     )
     starts: tuple[str, ...] = setting(
         ("last", "zero"),

@@ -19,7 +19,7 @@ SearchProgress = Callable[[float, int], None]
 _FIRST_DAMPING = 1e-3
 _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-7, 1e9
 _PATIENCE = 3
-_SMALLEST_GAIN = 1e-4
+_SMALLEST_GAIN = 1e-3
 _HOPELESS = 1e30
 
 

@@ -13,6 +13,9 @@ from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.learning.training import train
 
+_COLD_EVALUATIONS, _WARM_EVALUATIONS = 300, 40
+"""Of the evidence, for each output: a warm start goes on where the last iteration stopped."""
+
 
 def train_on_trials(
     trials: Sequence[Rollout],
@@ -41,4 +44,5 @@ def train_on_trials(
         warm_start=warm_start,
         threads=threads,
         progress=progress,
+        max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
     )

@@ -78,7 +78,8 @@ def test_several_demonstrations_are_averaged_and_their_spread_counts():
     np.testing.assert_allclose(task.reference_features(), mean)
     spread = np.var([run.states[3, 0] for run in runs], ddof=1) + 0.01**2
     assert task.reference_covariances()[3, 0, 0] == pytest.approx(spread, rel=0.02)
-    settings = dataclasses.replace(SETTINGS, method="trajectory_kl", optimiser="lbfgs")
+    changes = {"method": "trajectory_kl", "optimiser": "lbfgs", "evaluations": 16}
+    settings = dataclasses.replace(SETTINGS, **changes)
     _, trials, _ = run(settings, 3, task)
     assert judge(task, trials[-1]).rmse < 0.06
 
