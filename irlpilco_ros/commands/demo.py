@@ -42,7 +42,7 @@ A run that is already there is kept: runs/demo becomes runs/demo.1, .2, ...
 examples:
   irlpilco demo
   irlpilco demo --seed 3
-  irlpilco demo --settings config/thesis.yaml --run-directory runs/thesis
+  irlpilco demo --settings config/thesis.yaml --position-margin -0.5 --run-directory runs/thesis
   irlpilco demo --speed-factor 0.7 --command-lag 0.1 --run-directory runs/miscalibrated
   irlpilco demo --real-time-factor 1         watch it at the robot's own speed
 """

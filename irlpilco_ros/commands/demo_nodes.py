@@ -44,6 +44,13 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
         "--command-lag", type=float, metavar="S", help="delay of commands [s] (default: preset's)"
     )
     group.add_argument(
+        "--position-margin",
+        type=float,
+        metavar="RAD",
+        help="a joint this near to its limit stops the robot (default: 0.05); negative lets joints "
+        "lean on their stops, which the thesis's random first policy needs",
+    )
+    group.add_argument(
         "--real-time-factor",
         type=float,
         metavar="X",
@@ -77,6 +84,8 @@ def start_nodes(
     if arguments.real_time_factor is None:
         # In lockstep the robot stands still in time while a busy computer keeps it silent.
         controller += _values({"state_timeout": LOCKSTEP_TIMEOUT})
+    if arguments.position_margin is not None:
+        controller += _values({"position_margin": arguments.position_margin})
     for module, options in (
         ("sim_bridge.baxter_simulator_node", simulator),
         ("sim_bridge.demonstrator_node", robot),

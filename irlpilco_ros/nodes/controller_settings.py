@@ -67,9 +67,10 @@ class ControllerSettings:
     )
     position_margin: float = setting(
         0.05,
-        "A joint this near to its limit and moving on stops the robot.",
+        "A joint this near to its limit and moving on stops the robot; negative, for simulation "
+        "only: joints may lean on their stops.",
         unit="rad",
-        minimum=0.0,
+        minimum=-1.0,
         maximum=1.0,
     )
     velocity_controller_output: bool = setting(
