@@ -9,7 +9,9 @@ from __future__ import annotations
 import signal
 import sys
 import time
+from pathlib import Path
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 
@@ -21,7 +23,9 @@ from irlpilco_ros.nodes.qos import DIAGNOSTICS
 
 pytestmark = [pytest.mark.dds, pytest.mark.slow]
 
-ROBOT_FILE = "config/baxter.yaml"
+SHIPPED = Path(__file__).resolve().parents[1] / "config" / "baxter.yaml"
+HORIZON = 8  # the first half of the sweep: a quarter of the computing
+LEFT_ARM = [f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2")]
 SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 6\n    phase_count: 8\n"
 
 
@@ -35,20 +39,22 @@ class Pipeline:
         self.settings.write_text(SETTINGS)
         self.progress = graph.listen(DiagnosticArray, "learner/progress", DIAGNOSTICS)
         self.health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
+        self.robot = folder / "robot.yaml"
+        self.robot.write_text(SHIPPED.read_text().replace("horizon: 16", f"horizon: {HORIZON}"))
         recordings = {"output_directory": str(folder / "recordings")}
         self.simulator = self.start_simulator()
-        graph.start("sim_bridge.demonstrator_node", files=[ROBOT_FILE], wait=False)
+        graph.start("sim_bridge.demonstrator_node", files=[self.robot], wait=False)
         graph.start(
             "irlpilco_ros.nodes.demonstration_recorder",
             parameters=recordings,
-            files=[ROBOT_FILE],
+            files=[self.robot],
             wait=False,
         )
         # A busy computer may silence a simulation in lockstep for a while.
         graph.start(
             "irlpilco_ros.nodes.controller",
             parameters={"state_timeout": 2.0},
-            files=[ROBOT_FILE],
+            files=[self.robot],
             wait=False,
         )
         for name in ("baxter_simulator", "demonstrator", "demonstration_recorder", "controller"):
@@ -60,7 +66,7 @@ class Pipeline:
         return self.graph.start(
             "sim_bridge.baxter_simulator_node",
             parameters={"lockstep": True, "seed": 1},
-            files=[ROBOT_FILE],
+            files=[self.robot],
             wait=False,
         )
 
@@ -70,7 +76,7 @@ class Pipeline:
         learner = self.graph.start(
             "irlpilco_ros.nodes.learner",
             parameters={"run_directory": str(self.run.path), "demonstration": demonstration},
-            files=[ROBOT_FILE, self.settings],
+            files=[self.robot, self.settings],
             wait=False,
         )
         self.graph.wait_for(lambda: first_words in self.words_of_learner(), first_words, 30.0)
@@ -106,6 +112,21 @@ class Pipeline:
         self.graph.wait_for(lambda: stage in self.stages(), f"stage {stage}", 60.0)
         return call
 
+    def begin_and_wait_for_commands(self):
+        """Call learn_iteration; return its future and the trial's bag, once a trial runs."""
+        number = self.run.trial_bags()[-1][0] + 1
+        bag = self.run.trials_directory / f"{number:03d}"
+        call = self.graph.trigger_async("learn_iteration")
+
+        def is_under_way():
+            try:
+                return read_bag(bag).commanded.sum() >= 2
+            except BagError:
+                return False
+
+        self.graph.wait_for(is_under_way, "the trial", 60.0)
+        return call, bag
+
 
 @pytest.fixture(scope="module")
 def pipeline(shared_ros, tmp_path_factory):
@@ -133,7 +154,7 @@ def test_two_iterations_while_the_learner_stays_responsive(pipeline):
 
     rows = pipeline.run.metrics()
     assert [(row.iteration, row.trial) for row in rows] == [(0, 0), (1, 1), (2, 2)]
-    assert [row.robot_time_s for row in rows] == [8.0, 16.0, 24.0]
+    assert [row.robot_time_s for row in rows] == [4.0, 8.0, 12.0]
     assert rows[2].rmse_rad < 0.03
     assert rows[0].margin >= rows[1].margin >= rows[2].margin
 
@@ -142,6 +163,7 @@ def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
     words = ["-m", "irlpilco_ros.cli", "train", "--run-directory", str(tmp_path / "out")]
     words += ["--demonstration", str(pipeline.demonstration)]
     words += ["--trials", str(pipeline.run.trials_directory), "--settings", str(pipeline.settings)]
+    words += ["--robot", str(pipeline.robot)]
     training = pipeline.graph.run([sys.executable, *words], log="train.log")
     assert training.wait(120.0) == 0, training.output
     for iteration in range(3):
@@ -169,22 +191,13 @@ def test_a_learner_killed_while_computing_goes_on_where_it_was(pipeline):
 
 
 def test_a_simulator_killed_in_mid_trial_costs_that_trial_only(pipeline):
-    call = pipeline.graph.trigger_async("learn_iteration")
-    torn = pipeline.run.trials_directory / "004"
-
-    def is_under_way():
-        try:
-            return read_bag(torn).commanded.sum() >= 3
-        except BagError:
-            return False
-
-    pipeline.graph.wait_for(is_under_way, "the trial", 60.0)
+    call, torn = pipeline.begin_and_wait_for_commands()
     pipeline.simulator.kill()
     pipeline.graph.wait_for(call.done, "the learner's answer", 30.0)
     assert not call.result().success
     assert "trial stopped: no joint state for 2 s" in call.result().message
     assert len(pipeline.run.metrics()) == 4
-    assert 3 <= read_bag(torn).commanded.sum() <= 16
+    assert 2 <= read_bag(torn).commanded.sum() <= HORIZON
     learned = pipeline.run.iteration_file(4).stat().st_mtime_ns
 
     pipeline.simulator = pipeline.start_simulator()
@@ -193,3 +206,22 @@ def test_a_simulator_killed_in_mid_trial_costs_that_trial_only(pipeline):
     )
     assert pipeline.learn().startswith("iteration 4: trial 005 ")
     assert pipeline.run.iteration_file(4).stat().st_mtime_ns == learned
+
+
+def test_a_learner_killed_in_mid_trial_finds_the_trial_on_disk(pipeline):
+    begun = len(pipeline.run.metrics())
+    bag = pipeline.begin_and_wait_for_commands()[1]
+    pipeline.learner.kill()
+
+    def is_whole():
+        try:
+            return read_bag(bag).rollout(LEFT_ARM, HORIZON)
+        except BagError:
+            return None
+
+    recorded = pipeline.graph.wait_for(is_whole, "the end of the trial", 30.0)
+    pipeline.learner = pipeline.start_learner(f"ready for iteration {begun + 1}")
+    assert pipeline.run.metrics()[begun].trial == int(bag.name)
+    # The recorder is still at it; the next iteration ends that first.
+    assert pipeline.learn().startswith(f"iteration {begun + 1}: ")
+    np.testing.assert_array_equal(read_bag(bag).rollout(LEFT_ARM, HORIZON).states, recorded.states)
