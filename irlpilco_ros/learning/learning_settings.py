@@ -43,8 +43,8 @@ class LearningSettings:
     )
     optimiser: str = setting(
         "gauss_newton",
-        "Policy search: Gauss-Newton with damping, or L-BFGS (thesis).",
-        choices=("gauss_newton", "lbfgs"),
+        "Policy search: Gauss-Newton with damping, BFGS (PILCO), or L-BFGS (thesis).",
+        choices=("gauss_newton", "bfgs", "lbfgs"),
     )
     evaluations: int = setting(
         12, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000

@@ -1,4 +1,4 @@
-"""Policy search: from the best of several starts, by Gauss-Newton or L-BFGS."""
+"""Policy search: from the best of several starts, by Gauss-Newton, BFGS or L-BFGS."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-7, 1e9
 _PATIENCE = 3
 _SMALLEST_GAIN = 1e-3
 _HOPELESS = 1e30
+_FLAT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def search_policy(
     Args:
         objective: J(theta).
         starts: Policies to start from; the one that costs least is improved.
-        optimiser: "gauss_newton" or "lbfgs".
+        optimiser: "gauss_newton", "bfgs" or "lbfgs".
         evaluations: Largest number of evaluations, on top of one for each start.
         progress: Told the best cost and the number of evaluations after each of them.
 
@@ -96,7 +97,7 @@ def search_policy(
     if optimiser == "gauss_newton":
         _gauss_newton(tracker, tracker.best)
     else:
-        _lbfgs(tracker, tracker.best)
+        _quasi_newton(tracker, tracker.best, optimiser)
     return SearchResult(tracker.best.policy, tracker.best.value, tracker.evaluations)
 
 
@@ -148,8 +149,16 @@ def _damped_step(curvature: Array, gradient: Array, damping: float) -> Array | N
     return step if np.isfinite(step).all() else None
 
 
-def _lbfgs(tracker: _Tracker, start: Evaluation) -> None:
-    """L-BFGS (the thesis's way), which needs the gradient alone."""
+def _quasi_newton(tracker: _Tracker, start: Evaluation, optimiser: str) -> None:
+    """BFGS (PILCO's way) or L-BFGS (the thesis's), which need the gradient alone."""
+    limit = 10 * tracker.limit  # never the first to be reached
+    options = {
+        "bfgs": {"method": "BFGS", "options": {"maxiter": limit, "gtol": _FLAT}},
+        "lbfgs": {
+            "method": "L-BFGS-B",
+            "options": {"maxfun": limit, "maxiter": limit, "maxcor": 30},
+        },
+    }
 
     class _ExhaustedError(Exception):
         pass
@@ -169,8 +178,7 @@ def _lbfgs(tracker: _Tracker, start: Evaluation) -> None:
             objective,
             start.policy.parameters,
             jac=True,
-            method="L-BFGS-B",
-            options={"maxfun": 10 * tracker.limit, "maxiter": 10 * tracker.limit, "maxcor": 30},
+            **options[optimiser],
         )
     except _ExhaustedError:
         return

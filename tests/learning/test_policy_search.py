@@ -37,7 +37,7 @@ def policy(seed=None):
     return zero.with_parameters(noise)
 
 
-@pytest.mark.parametrize("optimiser", ["gauss_newton", "lbfgs"])
+@pytest.mark.parametrize("optimiser", ["gauss_newton", "bfgs", "lbfgs"])
 def test_search_improves_and_never_gets_worse(optimiser):
     problem, seen = objective(), []
     start = problem.evaluate(policy()).value
@@ -89,7 +89,7 @@ def test_progress_may_cancel():
         if evaluations == 3:
             raise KeyboardInterrupt
 
-    for optimiser in ("gauss_newton", "lbfgs"):
+    for optimiser in ("gauss_newton", "bfgs", "lbfgs"):
         with pytest.raises(KeyboardInterrupt):
             search_policy(objective(), [policy()], optimiser, 30, cancel)
 
@@ -107,7 +107,7 @@ class Sometimes:
         return self.model.predict(mean, covariance, method, gradient)
 
 
-@pytest.mark.parametrize("optimiser", ["gauss_newton", "lbfgs"])
+@pytest.mark.parametrize("optimiser", ["gauss_newton", "bfgs", "lbfgs"])
 def test_failed_predictions_are_passed_over(optimiser):
     problem = objective()
     broken = Objective(Sometimes(problem.model, 12), problem.start, 5, problem.layout, problem.cost)
