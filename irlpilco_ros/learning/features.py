@@ -60,45 +60,52 @@ def select_moments(state: Gaussian, size: int) -> tuple[Moments, MeanPullback]:
 
 
 @dataclass(frozen=True)
-class PositionAndAngle:
-    """(x, sin theta, cos theta) of a cart-pole (thesis section 5), with exact moments.
+class PositionsAndAngles:
+    """Positions, and sine and cosine of angles, with exact moments.
+
+    For a cart-pole (x, sin theta, cos theta), as in thesis section 4.
 
     Attributes:
-        position: Index of the cart's position [m] in the state.
-        angle: Index of the pole's angle [rad] in the state.
+        positions: Indices of the positions in the state.
+        angles: Indices of the angles [rad] in the state.
     """
 
-    position: int
-    angle: int
+    positions: tuple[int, ...]
+    angles: tuple[int, ...]
 
     @property
     def size(self) -> int:
-        """Three features."""
-        return 3
+        """One feature for each position, two for each angle."""
+        return len(self.positions) + 2 * len(self.angles)
 
     def of(self, states: Array) -> Array:
-        """Return (x, sin theta, cos theta) of states (..., D), shape (..., 3)."""
-        angle = states[..., self.angle]
-        return np.stack([states[..., self.position], np.sin(angle), np.cos(angle)], axis=-1)
+        """Return [positions, sin, cos, sin, cos, ...] of states (..., D), shape (..., size)."""
+        angles = states[..., list(self.angles)]
+        pairs = np.stack([np.sin(angles), np.cos(angles)], axis=-1)
+        flat = pairs.reshape(*angles.shape[:-1], 2 * len(self.angles))
+        return np.concatenate([states[..., list(self.positions)], flat], axis=-1)
 
     def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
-        """Return the exact moments of (x, sin theta, cos theta)."""
+        """Return the exact moments of positions, sines and cosines."""
         S = state.covariance
-        trig, pull_trig = sine_cosine_moments(state, [self.angle])
-        row = np.eye(1, len(state.mean), self.position)
-        jacobian = np.vstack([row, trig.jacobian])
-        mean = np.concatenate([state.mean[[self.position]], trig.mean])
+        trig, pull_trig = sine_cosine_moments(state, self.angles)
+        count = len(self.positions)
+        rows = np.eye(len(state.mean))[list(self.positions)]
+        jacobian = np.vstack([rows, trig.jacobian])
+        mean = np.concatenate([rows @ state.mean, trig.mean])
         covariance = jacobian @ S @ jacobian.T
-        covariance[1:, 1:] = trig.covariance
+        covariance[count:, count:] = trig.covariance
 
         def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
-            cross_bar = covariance_bar[1:, :1] + covariance_bar[:1, 1:].T  # of trig.jacobian S row'
-            trig_bar = cross_bar @ (row @ S)
-            m_bar, S_bar = pull_trig(mean_bar[1:], covariance_bar[1:, 1:], trig_bar)
-            m_bar = m_bar + mean_bar[0] * row[0]
-            outer = trig.jacobian.T @ cross_bar @ row
-            S_bar = S_bar + covariance_bar[0, 0] * row.T @ row + 0.5 * (outer + outer.T)
-            return m_bar, S_bar
+            # Of trig.jacobian S rows', the covariance between sines and positions.
+            cross_bar = covariance_bar[count:, :count] + covariance_bar[:count, count:].T
+            m_bar, S_bar = pull_trig(
+                mean_bar[count:], covariance_bar[count:, count:], cross_bar @ rows @ S
+            )
+            m_bar = m_bar + rows.T @ mean_bar[:count]
+            outer = trig.jacobian.T @ cross_bar @ rows
+            S_bar = S_bar + rows.T @ covariance_bar[:count, :count] @ rows
+            return m_bar, S_bar + 0.5 * (outer + outer.T)
 
         return Moments(mean, covariance, jacobian), pullback
 

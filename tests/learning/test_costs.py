@@ -10,7 +10,7 @@ from irlpilco_ros.learning.costs import (
     quadratic_loss,
     saturating_loss,
 )
-from irlpilco_ros.learning.features import JointPositions, PositionAndAngle
+from irlpilco_ros.learning.features import JointPositions, PositionsAndAngles
 from irlpilco_ros.learning.gaussian import Gaussian
 
 H, D, K = 4, 4, 3
@@ -20,7 +20,7 @@ MEANS = np.stack([state.mean for state in STATES])
 COVARIANCES = np.stack([state.covariance for state in STATES])
 REFERENCE = RNG.standard_normal((H + 1, K))
 WEIGHTS = np.array([0.7, 0.1, 0.4])
-FEATURES = PositionAndAngle(0, 2)
+FEATURES = PositionsAndAngles((0,), (2,))
 SPREADS = np.stack([random_gaussian(RNG, K).covariance for _ in range(H + 1)])
 PRECISION = random_gaussian(RNG, K).covariance * 5
 
@@ -117,7 +117,7 @@ def test_cart_pole_loss_agrees_with_the_original():
     ((_, given, expected),) = golden_cases("losscp")
     length, width = given["plen"].item(), given["width"].item()
     to_tip = np.array([[1.0, length, 0.0], [0.0, 0.0, length]]) / width
-    cost = StateCost(PositionAndAngle(0, 3), np.array([0.0, 0.0, -1.0]), to_tip.T @ to_tip)
+    cost = StateCost(PositionsAndAngles((0,), (3,)), np.array([0.0, 0.0, -1.0]), to_tip.T @ to_tip)
     means = np.stack([given["m"].ravel()] * 2)
     found = cost.evaluate(means, np.stack([given["S"]] * 2))
     assert found.value == pytest.approx(expected["L"].item(), rel=1e-8)

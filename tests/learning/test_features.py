@@ -3,7 +3,7 @@ import pytest
 from block_checks import check_monte_carlo, check_pullback, random_gaussian
 
 from irlpilco_ros.learning.cubature import cubature_moments
-from irlpilco_ros.learning.features import CubatureFeatures, JointPositions, PositionAndAngle
+from irlpilco_ros.learning.features import CubatureFeatures, JointPositions, PositionsAndAngles
 from irlpilco_ros.learning.gaussian import Gaussian
 
 
@@ -17,7 +17,7 @@ def planar_arm(points):
     return values, np.stack(tails, axis=1)
 
 
-FEATURES = [JointPositions(3), PositionAndAngle(2, 1), CubatureFeatures(2, 3, planar_arm)]
+FEATURES = [JointPositions(3), PositionsAndAngles((2,), (1,)), PositionsAndAngles((0, 3), (2, 1)), CubatureFeatures(2, 3, planar_arm)]
 
 
 @pytest.mark.parametrize("features", FEATURES)
@@ -26,7 +26,7 @@ def test_gradient(features):
     check_pullback(features.moments, state, jacobian=False)
 
 
-@pytest.mark.parametrize("features", FEATURES[:2])
+@pytest.mark.parametrize("features", FEATURES[:3])
 def test_moments_against_monte_carlo(features):
     state = random_gaussian(np.random.default_rng(1), 4)
     moments, _ = features.moments(state)
@@ -36,7 +36,7 @@ def test_moments_against_monte_carlo(features):
 
 def test_hand_positions_by_cubature_are_within_millimetres():
     state = Gaussian(np.array([0.3, 0.8, -0.4, 0.0]), 0.1**2 * np.eye(4))
-    features = FEATURES[2]
+    features = FEATURES[3]
     moments, _ = features.moments(state)
     x = np.random.default_rng(2).multivariate_normal(state.mean, state.covariance, 200_000)
     hands = features.of(x)
@@ -54,7 +54,7 @@ def test_cubature_is_exact_for_a_linear_function():
 
 
 def test_cubature_takes_a_certain_state():
-    moments, _ = FEATURES[2].moments(Gaussian(np.array([0.3, 0.8, -0.4, 0.0]), np.zeros((4, 4))))
+    moments, _ = FEATURES[3].moments(Gaussian(np.array([0.3, 0.8, -0.4, 0.0]), np.zeros((4, 4))))
     np.testing.assert_allclose(moments.mean, planar_arm(np.array([[0.3, 0.8, -0.4]]))[0][0])
 
 

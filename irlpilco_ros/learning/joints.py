@@ -1,0 +1,91 @@
+"""The joints of a robot, and what each of them is to learning: commanded or not, turning or not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.features import Features, JointPositions, PositionsAndAngles
+from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.state_layout import StateLayout
+
+
+@dataclass(frozen=True)
+class Joints:
+    """J joints in the order of the state [positions, velocities].
+
+    Attributes:
+        names: All joints that the state tells of.
+        passive: Those of them that nobody commands, such as a pole that swings freely.
+        turning: Those of them that turn without end: model, policy and features see the sine and
+            cosine of their angle, never the angle itself.
+
+    Raises:
+        InvalidSettingError: a name is repeated or unknown, or no joint is commanded.
+    """
+
+    names: tuple[str, ...]
+    passive: tuple[str, ...] = ()
+    turning: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field in ("names", "passive", "turning"):
+            names = tuple(getattr(self, field))
+            object.__setattr__(self, field, names)
+            if len(set(names)) < len(names):
+                raise InvalidSettingError(f"a joint is named twice: {', '.join(names)}")
+            unknown = [name for name in names if name not in self.names]
+            if unknown:
+                raise InvalidSettingError(
+                    f"{field} joints {', '.join(unknown)} are not among the robot's joints: "
+                    f"{', '.join(self.names)}"
+                )
+        if self.names and not self.commanded:
+            raise InvalidSettingError(
+                f"all of the joints {', '.join(self.names)} are passive; a robot needs at least "
+                "one that is commanded"
+            )
+
+    @staticmethod
+    def of(joints: Joints | Sequence[str]) -> Joints:
+        """Return the joints; mere names are all commanded, and none turns without end."""
+        return joints if isinstance(joints, Joints) else Joints(tuple(joints))
+
+    @property
+    def commanded(self) -> tuple[str, ...]:
+        """The F joints that are commanded, in the order of the controls."""
+        return tuple(name for name in self.names if name not in self.passive)
+
+    @property
+    def commanded_columns(self) -> list[int]:
+        """Where among all joints the commanded ones are, F indices."""
+        return [self.names.index(name) for name in self.commanded]
+
+    @cached_property
+    def layout(self) -> StateLayout:
+        """What model and policy see of the state, as in PILCO."""
+        angles = tuple(self.names.index(name) for name in self.turning)
+        size = 2 * len(self.names)
+        seen = tuple(i for i in range(size + 2 * len(angles)) if i not in angles)
+        return StateLayout(size, angles, dynamics_inputs=seen, policy_inputs=seen)
+
+    @property
+    def policy_size(self) -> int:
+        """How many numbers of the state a policy sees."""
+        return len(self.layout.policy_inputs or ())
+
+    @property
+    def features(self) -> Features:
+        """What a demonstration is compared by: positions, and sine and cosine of what turns."""
+        if not self.turning:
+            return JointPositions(len(self.names))
+        angles = self.layout.angles
+        positions = tuple(i for i in range(len(self.names)) if i not in angles)
+        return PositionsAndAngles(positions, angles)
+
+    def act(self, policy: Policy, state: Array, step: int) -> Array:
+        """Return the control (F,) of a policy for the whole state (2J,)."""
+        return policy.act(self.layout.policy_view(state), step)
