@@ -92,7 +92,7 @@ def whole_trials(folder: Path, robot: RobotSettings) -> list[Path]:
     whole, reasons = [], []
     for _, bag in numbered_bags(folder):
         try:
-            read_bag(bag).rollout(robot.joints, robot.horizon)
+            read_bag(bag).rollout(robot.roles, robot.horizon)
         except BagError as error:
             reasons.append(f"{bag.name}: {error}")
         else:

@@ -79,14 +79,22 @@ def task_of(demonstration: Trajectory, robot: RobotSettings) -> Task:
     Raises:
         BagError: the demonstration lacks a joint or is shorter than a trial.
     """
-    rollout = demonstration.rollout(robot.joints, robot.horizon)
-    return Task((rollout,), robot.control_period, robot.control_limit)
+    joints = robot.roles
+    rollout = demonstration.rollout(joints, robot.horizon)
+    return Task(
+        (rollout,),
+        robot.control_period,
+        robot.control_limit,
+        joints.features,
+        layout=joints.layout,
+        start_spread=robot.start_spread,
+    )
 
 
 def controller_parameters(task: Task, policy: Policy, robot: RobotSettings) -> dict[str, Any]:
     """Return what the controller needs for a trial: the policy, and where it starts [rad]."""
-    start = task.reference_states()[0, : task.control_size]
-    return {**policy_to_parameters(policy, robot.joints), "start_position": start.tolist()}
+    start = task.reference_states()[0, : len(robot.joints)]
+    return {**policy_to_parameters(policy, robot.roles), "start_position": start.tolist()}
 
 
 def configuration(robot: RobotSettings, settings: LearningSettings) -> dict[str, Any]:
@@ -172,7 +180,7 @@ class Apprenticeship:
         if index == 0:
             policy = initial_policy(self.task, self._settings)
             parameters = controller_parameters(self.task, policy, self._robot)
-            self.directory.write_policy(0, policy, self._robot.joints, self._alone(parameters))
+            self.directory.write_policy(0, policy, self._robot.roles, self._alone(parameters))
         else:
             iteration = self._iteration(index, progress)
             policy = iteration.policy
@@ -186,7 +194,7 @@ class Apprenticeship:
             IncompleteTrialError: the bag holds no whole trial; it stays, and the trial of this
                 iteration is still to be done.
         """
-        rollout = read_bag(bag).rollout(self._robot.joints, self._robot.horizon)
+        rollout = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
         row = self._row(plan.index, plan.iteration, bag_number(bag), rollout)
         self.directory.append_metrics(row)
         return TrialReport(row, plan.iteration.notes if plan.iteration else ())
@@ -201,7 +209,7 @@ class Apprenticeship:
         Raises:
             IncompleteTrialError: the bag holds no whole trial.
         """
-        rollout = read_bag(bag).rollout(self._robot.joints, self._robot.horizon)
+        rollout = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
         errors = judge(self.task, rollout)
         nan = math.nan
         row = MetricsRow(None, bag_number(bag), errors.rmse, errors.mse, nan, nan, 0.0, 0.0, 0.0)
@@ -215,26 +223,31 @@ class Apprenticeship:
         previous = self.directory.read_iteration(index - 1) if index > 1 else None
         iteration = learn(self.task, self._settings, self._rollouts(), previous, progress)
         parameters = controller_parameters(self.task, iteration.policy, self._robot)
-        self.directory.write_iteration(iteration, self._robot.joints, self._alone(parameters))
+        self.directory.write_iteration(iteration, self._robot.roles, self._alone(parameters))
         return iteration
 
     def _alone(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Return what a policy file holds beside the policy, to run it without anything else."""
         start = {"start_position": parameters["start_position"]}
-        return {**dataclasses.asdict(self._robot), **start}
+        robot = {
+            name: value
+            for name, value in dataclasses.asdict(self._robot).items()
+            if value != ()  # an empty list in a parameter file has no type
+        }
+        return {**robot, **start}
 
     def _rollouts(self) -> list[Rollout]:
         """Return the trials that have been judged, in order."""
         return [
             read_bag(self.directory.trials_directory / f"{row.trial:03d}").rollout(
-                self._robot.joints, self._robot.horizon
+                self._robot.roles, self._robot.horizon
             )
             for row in self.directory.metrics()
         ]
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        trials = self.directory.trials(self._robot.joints, self._robot.horizon)
+        trials = self.directory.trials(self._robot.roles, self._robot.horizon)
         learned = self.directory.iterations()
         while (trial := trials.get(self.next_index)) is not None:
             index = self.next_index

@@ -19,6 +19,7 @@ from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.parameters_file import load_parameters_file
 from irlpilco_ros.learning import policies
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 
 PREFIX = "policy."
@@ -31,14 +32,16 @@ _PRIVATE = {public: private for private, public in _PUBLIC.items()}
 _ROW_PER_CONTROL = ("weights", "phase_weights")
 _COLUMN_PER_CONTROL = ("controls", "targets")
 _COLUMN_PER_STATE = ("centres", "log_widths")
+# Names of joints, by the field of `Joints` that holds them.
+_JOINT_LISTS = {"joints": "names", "passive_joints": "passive", "turning_joints": "turning"}
 
 
 def parameter_types() -> dict[str, type]:
     """Return every parameter that a policy of any kind can have: name -> str, int, float or list.
 
-    `policy.joints` is a list of names, every other list one of numbers.
+    Those of `names_parameters` are lists of names, every other list is one of numbers.
     """
-    types: dict[str, type] = {f"{PREFIX}kind": str, f"{PREFIX}joints": list}
+    types: dict[str, type] = {f"{PREFIX}kind": str, **dict.fromkeys(names_parameters(), list)}
     for kind in policies.KINDS.values():
         hints = typing.get_type_hints(kind)
         for field in dataclasses.fields(kind):
@@ -48,26 +51,35 @@ def parameter_types() -> dict[str, type]:
     return types
 
 
-def policy_to_parameters(policy: Policy, joints: Sequence[str]) -> dict[str, Any]:
+def names_parameters() -> tuple[str, ...]:
+    """Return the parameters of a policy that are lists of joint names."""
+    return tuple(PREFIX + name for name in _JOINT_LISTS)
+
+
+def policy_to_parameters(policy: Policy, joints: Joints | Sequence[str]) -> dict[str, Any]:
     """Return a policy as ROS parameters: name -> str, int, float or a list of these.
 
     Args:
-        policy: Its controls are those of `joints` (F = J), its state their positions and
-            velocities (D = 2J).
-        joints: Names of the joints (J), in the policy's order.
+        policy: Its controls are those of the F commanded joints, its state positions and
+            velocities of all J, with sine and cosine for the positions of those that turn.
+        joints: The joints, in the policy's order.
 
     Raises:
         InvalidSettingError: the policy does not fit the joints.
     """
+    joints = Joints.of(joints)
     _check_size(policy, joints)
-    parameters: dict[str, Any] = {f"{PREFIX}kind": policy.kind, f"{PREFIX}joints": list(joints)}
+    parameters: dict[str, Any] = {f"{PREFIX}kind": policy.kind}
+    for name, field in _JOINT_LISTS.items():
+        if getattr(joints, field):
+            parameters[PREFIX + name] = list(getattr(joints, field))
     for name, value in policy.to_arrays().items():
         public = PREFIX + _PUBLIC.get(name, name)
         parameters[public] = np.asarray(value).ravel().tolist() if np.ndim(value) else value
     return parameters
 
 
-def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, tuple[str, ...]]:
+def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joints]:
     """Return the policy that ROS parameters describe, and its joints.
 
     Parameters that do not start with `policy.` are left alone.
@@ -84,11 +96,14 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, tuple
     absent = [name for name in ("kind", "joints") if not fields.get(name)]
     if absent:
         raise InvalidSettingError(f"parameter {PREFIX}{absent[0]} is missing or empty")
-    kind, joints = fields.pop("kind"), tuple(fields.pop("joints"))
-    if len(set(joints)) < len(joints):
-        raise InvalidSettingError(f"{PREFIX}joints names a joint twice: {', '.join(joints)}")
+    kind = fields.pop("kind")
+    lists = {field: fields.pop(name, ()) for name, field in _JOINT_LISTS.items()}
+    try:
+        joints = Joints(**lists)
+    except InvalidSettingError as error:
+        raise InvalidSettingError(f"{PREFIX}joints: {error}") from error
     arrays = {
-        _PRIVATE.get(name, name): _shaped(_PRIVATE.get(name, name), value, len(joints))
+        _PRIVATE.get(name, name): _shaped(_PRIVATE.get(name, name), value, joints)
         for name, value in fields.items()
     }
     policy = policies.from_arrays(kind, arrays)
@@ -99,7 +114,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, tuple
 def write_policy_file(
     path: Path,
     policy: Policy,
-    joints: Sequence[str],
+    joints: Joints | Sequence[str],
     controller_parameters: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a policy as a ROS parameter file for the controller.
@@ -128,7 +143,7 @@ def write_policy_file(
     write_atomically(path, (header + text).encode())
 
 
-def read_policy_file(path: Path) -> tuple[Policy, tuple[str, ...]]:
+def read_policy_file(path: Path) -> tuple[Policy, Joints]:
     """Return the policy of a parameter file, and its joints.
 
     Raises:
@@ -140,7 +155,7 @@ def read_policy_file(path: Path) -> tuple[Policy, tuple[str, ...]]:
         raise InvalidSettingError(f"{path}: {error}") from error
 
 
-def _shaped(name: str, value: Any, joints: int) -> Any:
+def _shaped(name: str, value: Any, joints: Joints) -> Any:
     """Return a list of numbers as an array of its field's shape; numbers as they are."""
     if np.ndim(value) == 0:
         return value
@@ -150,29 +165,31 @@ def _shaped(name: str, value: Any, joints: int) -> Any:
         raise InvalidSettingError(
             f"{PREFIX}{_PUBLIC.get(name, name)} holds something else than numbers"
         ) from None
+    controls, states = len(joints.commanded), joints.policy_size
     columns = {
-        **dict.fromkeys(_ROW_PER_CONTROL, flat.size // joints),
-        **dict.fromkeys(_COLUMN_PER_CONTROL, joints),
-        **dict.fromkeys(_COLUMN_PER_STATE, 2 * joints),
+        **dict.fromkeys(_ROW_PER_CONTROL, flat.size // controls),
+        **dict.fromkeys(_COLUMN_PER_CONTROL, controls),
+        **dict.fromkeys(_COLUMN_PER_STATE, states),
     }.get(name)
     if columns is None:
         return flat
     rows = flat.size // columns if columns else 0
     if flat.size == 0 or rows * columns != flat.size:
         raise InvalidSettingError(
-            f"{PREFIX}{name} has {flat.size} values, which make no matrix for {joints} joints "
-            f"and {2 * joints} states"
+            f"{PREFIX}{name} has {flat.size} values, which make no matrix for {controls} joints "
+            f"and {states} states"
         )
     return flat.reshape(rows, columns)
 
 
-def _check_size(policy: Policy, joints: Sequence[str]) -> None:
+def _check_size(policy: Policy, joints: Joints) -> None:
     controls, states = len(policy.control_limit), policy.state_size
-    if (controls, states) != (len(joints), 2 * len(joints)):
+    wanted = (len(joints.commanded), joints.policy_size)
+    if (controls, states) != wanted:
         raise InvalidSettingError(
-            f"a policy with {controls} controls and {states} states does not fit {len(joints)} "
-            f"joints; expected {len(joints)} controls and {2 * len(joints)} states (positions and "
-            "velocities)"
+            f"a policy with {controls} controls and {states} states does not fit "
+            f"{len(joints.names)} joints; expected {wanted[0]} controls and {wanted[1]} states "
+            "(positions and velocities, with sine and cosine of a joint that turns)"
         )
 
 

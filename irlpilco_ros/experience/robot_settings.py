@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, setting
 
 
@@ -24,20 +25,29 @@ class RobotSettings:
     """
 
     joints: tuple[str, ...] = setting(
-        (), "Names of the joints that are learned and moved, in the order of the state."
+        (), "Names of the joints that are learned, in the order of the state."
+    )
+    passive_joints: tuple[str, ...] = setting(
+        (), "Those of `joints` that nobody commands, such as a pole that swings freely."
+    )
+    turning_joints: tuple[str, ...] = setting(
+        (),
+        "Those of `joints` that turn without end: model, policy and features see the sine and "
+        "cosine of their angle.",
     )
     position_lower: tuple[float, ...] = setting(
-        (), "Lower position limit of each joint.", unit="rad"
+        (), "Lower position limit of each joint; [m] if it slides.", unit="rad"
     )
     position_upper: tuple[float, ...] = setting(
-        (), "Upper position limit of each joint.", unit="rad"
+        (), "Upper position limit of each joint; [m] if it slides.", unit="rad"
     )
     velocity_limit: tuple[float, ...] = setting(
         (), "Largest speed of each joint; larger commands are refused.", unit="rad/s", minimum=0.0
     )
     effort_limit: tuple[float, ...] = setting(
         (),
-        "Largest effort of each joint; needed only if command_interface is 'effort'.",
+        "Largest effort of each joint, [N] if it slides; needed only if command_interface is "
+        "'effort'.",
         unit="Nm",
         minimum=0.0,
     )
@@ -50,12 +60,24 @@ class RobotSettings:
         0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
     )
     horizon: int = setting(16, "Number of decisions in a trial.", minimum=1, maximum=10_000)
+    reset_service: str = setting(
+        "",
+        "Trigger service that brings a robot to its start which cannot go there by velocities, "
+        "such as cart_pole_simulator/reset; empty: controller/move_to_start.",
+    )
+    start_spread: float = setting(
+        0.0,
+        "Standard deviation of each state at the start of a trial, where it is known to vary.",
+        minimum=0.0,
+        maximum=10.0,
+    )
 
     def __post_init__(self) -> None:
         check(self)
         self._check_lengths()
         if len(set(self.joints)) != len(self.joints):
             raise InvalidSettingError(f"RobotSettings.joints names a joint twice: {self.joints}")
+        Joints(self.joints, self.passive_joints, self.turning_joints)
         limits = zip(self.joints, self.position_lower, self.position_upper, strict=True)
         for joint, lower, upper in limits:
             if lower >= upper:
@@ -82,6 +104,11 @@ class RobotSettings:
                 )
 
     @property
+    def roles(self) -> Joints:
+        """The joints, and which of them are commanded or turn without end."""
+        return Joints(self.joints, self.passive_joints, self.turning_joints)
+
+    @property
     def lower(self) -> NDArray[np.float64]:
         """Lower position limits (J,) [rad]."""
         return np.array(self.position_lower)
@@ -93,6 +120,7 @@ class RobotSettings:
 
     @property
     def control_limit(self) -> NDArray[np.float64]:
-        """Largest control (J,): [rad/s] for the velocity interface, [Nm] for effort."""
+        """Largest control (F,): [rad/s] for the velocity interface, [N] or [Nm] for effort."""
         effort = self.command_interface == "effort"
-        return np.array(self.effort_limit if effort else self.velocity_limit)
+        limit = np.array(self.effort_limit if effort else self.velocity_limit)
+        return limit[self.roles.commanded_columns]

@@ -40,6 +40,7 @@ from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_f
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trials import Trial, find_trials, numbered_bags
 from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 
 
@@ -184,7 +185,7 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return next((row for row in rows if row.iteration is None), None)
 
-    def trials(self, joints: Sequence[str], horizon: int) -> dict[int, Trial]:
+    def trials(self, joints: Joints | Sequence[str], horizon: int) -> dict[int, Trial]:
         """Return the whole trials by the iteration whose policy ran in them.
 
         A trial belongs to the iteration whose policy gives its very commands on its states
@@ -205,7 +206,7 @@ class RunDirectory:
         self,
         iteration: int,
         policy: Policy,
-        joints: Sequence[str],
+        joints: Joints | Sequence[str],
         controller_parameters: Mapping[str, Any] | None = None,
     ) -> Path:
         """Write the policy of an iteration, before its trial; 0 is the initial policy.
@@ -227,7 +228,7 @@ class RunDirectory:
     def write_iteration(
         self,
         iteration: Iteration,
-        joints: Sequence[str],
+        joints: Joints | Sequence[str],
         controller_parameters: Mapping[str, Any] | None = None,
     ) -> None:
         """Write what an iteration found, then its policy; arguments and errors as write_policy."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.experience.errors import BagError, IncompleteTrialError
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 
 # A gap between two samples is called missing samples from this many cadences on: ticks fall on
@@ -87,7 +88,7 @@ class Trajectory:
             )
         return [self.joint_names.index(joint) for joint in joints]
 
-    def rollout(self, joints: Sequence[str], horizon: int | None = None) -> Rollout:
+    def rollout(self, joints: Joints | Sequence[str], horizon: int | None = None) -> Rollout:
         """Return the trial, or the demonstration if there are no commands, as learning sees it.
 
         A trial is all samples with commands; samples without one that lie between them are left
@@ -96,18 +97,19 @@ class Trajectory:
         out.
 
         Args:
-            joints: Joints of the learning problem, in its order (J).
+            joints: Joints of the learning problem, in its order (J), F of them commanded.
             horizon: Number of control periods H that are expected; None takes what is there.
 
         Returns:
-            States (H + 1, 2J) = [positions, velocities] and controls (H, J), all NaN for a
+            States (H + 1, 2J) = [positions, velocities] and controls (H, F), all NaN for a
             demonstration.
 
         Raises:
             BagError: a joint was not recorded.
             IncompleteTrialError: samples are missing, or the trial broke off; says where.
         """
-        columns = self.columns(joints)
+        joints = Joints.of(joints)
+        columns, controls = self.columns(joints.names), self.columns(joints.commanded)
         samples = np.flatnonzero(self.commanded)
         is_trial = len(samples) > 0
         if not is_trial:
@@ -116,14 +118,14 @@ class Trajectory:
         states = np.hstack([positions[:, columns], velocities[:, columns]])
         _check_whole(self.stamps[samples], states)
         if is_trial:
-            self._check_trial(samples, horizon)
-        return Rollout(states, self.commands[samples][:-1, columns])
+            self._check_trial(samples, controls, horizon)
+        return Rollout(states, self.commands[samples][:-1, controls])
 
-    def _check_trial(self, samples: np.ndarray, horizon: int | None) -> None:
+    def _check_trial(self, samples: np.ndarray, controls: list[int], horizon: int | None) -> None:
         """Check that a trial has its end and its length."""
         steps, end = len(samples) - 1, self.stamps[samples[-1]]
         expected = "" if horizon is None else f" of {horizon}"
-        if np.any(self.commands[samples[-1]] != 0.0):
+        if np.any(self.commands[samples[-1], controls] != 0.0):
             raise IncompleteTrialError(
                 f"the trial broke off after {steps + 1}{expected} commands, at stamp {end:.3f} s: "
                 "the zero command that ends a trial is not there"

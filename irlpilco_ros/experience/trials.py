@@ -11,6 +11,7 @@ import numpy as np
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
 
@@ -37,7 +38,7 @@ class Trial:
 def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
-    joints: Sequence[str],
+    joints: Joints | Sequence[str],
     horizon: int,
 ) -> dict[int, Trial]:
     """Return the whole trials by the iteration whose policy ran in them.
@@ -48,6 +49,7 @@ def find_trials(
         joints: Joints of the run, in order.
         horizon: Control periods of a trial.
     """
+    joints = Joints.of(joints)
     found: dict[int, Trial] = {}
     for number, path in bags:
         try:
@@ -55,18 +57,18 @@ def find_trials(
         except BagError:
             continue
         for iteration, policy in sorted(policies.items()):
-            if iteration not in found and ran(policy, rollout):
+            if iteration not in found and ran(policy, rollout, joints):
                 found[iteration] = Trial(number, path, rollout)
                 break
     return found
 
 
-def ran(policy: Policy, rollout: Rollout) -> bool:
+def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
     """Whether a rollout's controls are those of the policy on the rollout's states."""
     if not rollout.commanded or len(policy.control_limit) != rollout.controls.shape[1]:
         return False
     return all(
-        np.abs(policy.act(state, step) - control).max() <= SAME_COMMAND
+        np.abs(joints.act(policy, state, step) - control).max() <= SAME_COMMAND
         for step, (state, control) in enumerate(
             zip(rollout.states[:-1], rollout.controls, strict=True)
         )

@@ -50,8 +50,11 @@ def random_policy(policy: Policy, seed: int) -> Policy:
 def policy_limit(task: Task, settings: LearningSettings) -> Array:
     """Return the largest control of the policy, shape (F,) [rad/s].
 
-    A little more than the demonstration needed, never beyond the robot's own limit.
+    A little more than the demonstration needed, never beyond the robot's own limit; just that
+    where a demonstration does not tell.
     """
+    if not task.tells_controls:
+        return task.control_limit
     fastest = np.abs(task.demonstrated_controls()).max(axis=0)
     wanted = settings.velocity_limit_factor * fastest
     limit: Array = np.minimum(np.maximum(wanted, settings.velocity_limit_floor), task.control_limit)

@@ -139,9 +139,9 @@ def imitation_objective(
 
 
 def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
-    """Return where trials start: where they did so far, spread at least as much as the noise."""
+    """Return where trials start: where they did so far, spread as much as they are known to."""
     starts = np.stack([trial.states[0] for trial in trials])
-    variances = starts.var(axis=0) + task.noise**2
+    variances = np.maximum(starts.var(axis=0) + task.noise**2, task.start_spread**2)
     return Gaussian(starts.mean(axis=0), np.diag(variances))
 
 

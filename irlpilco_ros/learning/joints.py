@@ -36,7 +36,9 @@ class Joints:
             names = tuple(getattr(self, field))
             object.__setattr__(self, field, names)
             if len(set(names)) < len(names):
-                raise InvalidSettingError(f"a joint is named twice: {', '.join(names)}")
+                raise InvalidSettingError(
+                    f"the list {field} names a joint twice: {', '.join(names)}"
+                )
             unknown = [name for name in names if name not in self.names]
             if unknown:
                 raise InvalidSettingError(
@@ -89,3 +91,20 @@ class Joints:
     def act(self, policy: Policy, state: Array, step: int) -> Array:
         """Return the control (F,) of a policy for the whole state (2J,)."""
         return policy.act(self.layout.policy_view(state), step)
+
+
+@dataclass(frozen=True)
+class PolicyOf:
+    """A policy as the robot runs it: from the whole state of its joints.
+
+    Attributes:
+        joints: The robot's joints.
+        policy: What the joints are moved by.
+    """
+
+    joints: Joints
+    policy: Policy
+
+    def act(self, state: Array, step: int) -> Array:
+        """Return the control (F,) for the state [q, q_dot] (2J,) at a step of the trial."""
+        return self.joints.act(self.policy, state, step)

@@ -27,6 +27,7 @@ class Task:
         position_noise: Standard deviation of measured positions [rad].
         velocity_noise: Standard deviation of measured velocities [rad/s].
         layout: What model and policy see of the state; None for all of it as it is.
+        start_spread: Known standard deviation of each state at the start of a trial.
     """
 
     demonstrations: tuple[Rollout, ...]
@@ -37,6 +38,7 @@ class Task:
     position_noise: float = 1e-3
     velocity_noise: float = 1e-2
     layout: StateLayout | None = None
+    start_spread: float = 0.0
 
     def __post_init__(self) -> None:
         demonstrations = tuple(self.demonstrations)
@@ -119,14 +121,28 @@ class Task:
         """Number of entries of the state that the policy sees."""
         return int(self.state_layout.policy_view(np.zeros(self.state_size)).shape[0])
 
+    @property
+    def tells_controls(self) -> bool:
+        """Whether a demonstration tells what to do: by its commands, or by its joints' speeds."""
+        commanded = all(run.commanded for run in self.demonstrations)
+        return commanded or self.control_size == self.state_size // 2
+
     def demonstrated_controls(self) -> Array:
         """Return the controls that the demonstration amounts to, shape (H, F).
 
         What was commanded if somebody commanded the robot, else the speeds of its joints.
+
+        Raises:
+            InvalidSettingError: nobody commanded it, and its controls are no speeds of its joints.
         """
         if all(run.commanded for run in self.demonstrations):
             controls: Array = np.mean([run.controls for run in self.demonstrations], axis=0)
             return controls
+        if not self.tells_controls:
+            raise InvalidSettingError(
+                "the demonstration holds no commands, and some joints are not commanded: what the "
+                "robot was told cannot be known; choose initial_policy: random or zero"
+            )
         positions = self.reference_states()[:, : self.control_size]
         speeds: Array = np.diff(positions, axis=0) / self.dt
         return speeds

@@ -19,6 +19,7 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.nodes.controller_settings import ControllerSettings
 from irlpilco_ros.nodes.health import ERROR, OK, WARN, Health
@@ -95,7 +96,10 @@ class Controller(Node):
             return
         if self._sent is None or self._sent[0] is not command:
             message = joint_command(
-                command.stamp, self._robot.joints, command.values, self._robot.command_interface
+                command.stamp,
+                self._robot.roles.commanded,
+                command.values,
+                self._robot.command_interface,
             )
             self._sent = command, message
         self._commands.publish(self._sent[1])
@@ -106,7 +110,8 @@ class Controller(Node):
         policy = self._policy.policy
         if policy is None:
             return _refusal(response, "there is no policy; set the parameters policy.* first")
-        trial = Trial(policy, self._robot.horizon, self._robot.control_period)
+        robot = self._robot
+        trial = Trial(PolicyOf(robot.roles, policy), robot.horizon, robot.control_period)
         return await self._move(trial, response)
 
     async def _move_to_start(

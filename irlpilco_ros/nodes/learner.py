@@ -85,7 +85,7 @@ class Learner(Node):
         self._busy = False
         self._progress = LearnerProgress()
         self._iteration_clock = IterationClock()
-        self._trials = TrialRunner(Clients(self))
+        self._trials = TrialRunner(Clients(self), self._robot.reset_service)
         self._worker = LearnerWorker(lambda: self.executor)
         self._health = Health(self)
         self._progress_publisher = self.create_publisher(

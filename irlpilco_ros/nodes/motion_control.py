@@ -130,7 +130,7 @@ class MotionControl:
         """Return a command that stops the robot, stamped with the newest state."""
         reading = self._tracker.reading()
         stamp = 0 if reading is None else reading.stamp
-        return Command(stamp, np.zeros(len(self.robot.joints)), done=True)
+        return Command(stamp, np.zeros(len(self.robot.roles.commanded)), done=True)
 
     def silence(self, now: float) -> str:
         """Say which joints are missing or silent [steady clock, s]; empty if none is."""

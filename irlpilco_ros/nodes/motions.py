@@ -29,7 +29,7 @@ class Command:
 
     Attributes:
         stamp: Stamp of the joint state on which it was decided [ns].
-        values: One control per joint (J,): [rad/s], or [Nm] for an effort interface.
+        values: One control per commanded joint (F,): [rad/s], or [N] or [Nm] of effort.
         done: The motion has come to its end; `values` are zero then.
     """
 
@@ -60,7 +60,7 @@ class ActingPolicy(Protocol):
     """What a trial needs of a policy (see irlpilco_ros.learning.policies)."""
 
     def act(self, state: Vector, step: int) -> Vector:
-        """Return the control (J,) for the state [q, q_dot] (2J,) at this tick."""
+        """Return the control (F,) for the state [q, q_dot] (2J,) at this tick."""
 
 
 class Trial:
@@ -105,7 +105,7 @@ class Trial:
                 f"state within its {self._period * 1e-9:g} s: is the network or the robot stalled?"
             )
         if self._ticks == self._horizon:
-            self._last = Command(reading.stamp, np.zeros_like(reading.positions), done=True)
+            self._last = Command(reading.stamp, np.zeros_like(self._last.values), done=True)
             return self._last
         values = self._policy.act(reading.state, self._ticks)
         self._last = Command(reading.stamp, np.array(values, dtype=float))

@@ -9,17 +9,23 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from irlpilco_ros.experience.policy_file import PREFIX, parameter_types, policy_from_parameters
+from irlpilco_ros.experience.policy_file import (
+    PREFIX,
+    names_parameters,
+    parameter_types,
+    policy_from_parameters,
+)
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.nodes.safety import check_policy
 
 _KIND = PREFIX + "kind"
-_JOINTS = PREFIX + "joints"
 _DESCRIPTIONS = {
     "kind": "Kind of the policy; setting it replaces the whole policy.",
-    "joints": "Joints that the policy moves: those of the controller, in the same order.",
+    "joints": "Joints that the policy sees: those of the controller, in the same order.",
+    "passive_joints": "Those of them that the policy does not move.",
+    "turning_joints": "Those of them whose sine and cosine it sees in place of the position, last.",
     "velocity_limit": "Largest control of each joint, at most the robot's own. [rad/s]",
     "horizon": "Number of control periods over which the phase features are spread.",
     "controls": "Controls of each period, row by row. [rad/s]",
@@ -124,7 +130,7 @@ class PolicyParameters:
 
 def _ros_type(name: str, kind: type) -> Parameter.Type:
     if kind is list:
-        is_names = name == _JOINTS
+        is_names = name in names_parameters()
         return Parameter.Type.STRING_ARRAY if is_names else Parameter.Type.DOUBLE_ARRAY
     types = {str: Parameter.Type.STRING, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE}
     return types[kind]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.nodes.joint_state_tracker import JointReading
 from irlpilco_ros.nodes.motions import MotionStoppedError
@@ -37,21 +38,22 @@ def check_reading(robot: RobotSettings, reading: JointReading) -> None:
 def check_command(
     robot: RobotSettings, margin: float, reading: JointReading, values: Vector
 ) -> None:
-    """Check a command (J,) before it goes out.
+    """Check a command (F,) before it goes out.
 
     Raises:
         MotionStoppedError: a value is not finite or beyond the joint's limit, or it drives a joint
             on that is within `margin` [rad] of its position limit, or will be in REACTION_TIME.
     """
     unit = "Nm" if robot.command_interface == "effort" else "rad/s"
+    names = robot.roles.commanded
     for joint in np.flatnonzero(~np.isfinite(values)):
         raise MotionStoppedError(
-            f"command of joint {robot.joints[joint]} is {values[joint]}; expected a finite number"
+            f"command of joint {names[joint]} is {values[joint]}; expected a finite number"
         )
     limit = robot.control_limit
     for joint in np.flatnonzero(np.abs(values) > limit * (1.0 + _ROUNDING)):
         raise MotionStoppedError(
-            f"command of joint {robot.joints[joint]} is {values[joint]:.4f} {unit}; "
+            f"command of joint {names[joint]} is {values[joint]:.4f} {unit}; "
             f"its {'effort' if unit == 'Nm' else 'velocity'} limit is {limit[joint]:g} {unit}"
         )
     _check_way(robot, margin, reading, values)
@@ -59,7 +61,9 @@ def check_command(
 
 def _check_way(robot: RobotSettings, margin: float, reading: JointReading, values: Vector) -> None:
     # An effort says nothing about where a joint moves; its measured speed does.
-    going = reading.velocities if robot.command_interface == "effort" else values
+    going = reading.velocities.copy()
+    if robot.command_interface == "velocity":
+        going[robot.roles.commanded_columns] = values
     ahead = reading.positions + REACTION_TIME * reading.velocities
     above = np.maximum(reading.positions, ahead) > robot.upper - margin
     below = np.minimum(reading.positions, ahead) < robot.lower + margin
@@ -72,28 +76,39 @@ def _check_way(robot: RobotSettings, margin: float, reading: JointReading, value
         )
 
 
-def check_policy(robot: RobotSettings, policy: Policy, joints: tuple[str, ...]) -> None:
+def check_policy(robot: RobotSettings, policy: Policy, joints: Joints) -> None:
     """Check that a policy is one for this robot.
 
     Raises:
         InvalidSettingError: its joints are not the robot's joints in their order, or its limit is
             above the robot's.
     """
-    if joints != robot.joints:
-        unknown = [joint for joint in joints if joint not in robot.joints]
-        absent = [joint for joint in robot.joints if joint not in joints]
+    if joints.names != robot.joints:
+        unknown = [joint for joint in joints.names if joint not in robot.joints]
+        absent = [joint for joint in robot.joints if joint not in joints.names]
         raise InvalidSettingError(
             "policy.joints are not the controller's joints: "
             f"unknown: {', '.join(unknown) or 'none'}; missing: {', '.join(absent) or 'none'}; "
             f"expected, in this order: {', '.join(robot.joints)}"
         )
+    if joints != robot.roles:
+        raise InvalidSettingError(
+            f"the policy takes {_listed(joints.passive)} for passive and {_listed(joints.turning)} "
+            f"for turning without end; the controller's are {_listed(robot.passive_joints)} and "
+            f"{_listed(robot.turning_joints)} (policy.passive_joints, policy.turning_joints)"
+        )
     excess = np.flatnonzero(policy.control_limit > robot.control_limit * (1.0 + _ROUNDING))
     if excess.size:
         joint = int(excess[0])
         raise InvalidSettingError(
-            f"policy.velocity_limit of joint {joints[joint]} is {policy.control_limit[joint]:g}; "
-            f"expected at most the robot's limit {robot.control_limit[joint]:g}"
+            f"policy.velocity_limit of joint {joints.commanded[joint]} is "
+            f"{policy.control_limit[joint]:g}; expected at most the robot's limit "
+            f"{robot.control_limit[joint]:g}"
         )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names) or "no joint"
 
 
 def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -> None:

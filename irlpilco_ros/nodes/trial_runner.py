@@ -22,9 +22,15 @@ BAG_PREFIX = "bag: "
 class TrialRunner:
     """Runs trials on the robot through the controller and the recorder."""
 
-    def __init__(self, clients: Clients) -> None:
-        """Call services with these clients."""
+    def __init__(self, clients: Clients, reset_service: str = "") -> None:
+        """Call services with these clients.
+
+        Args:
+            clients: Who calls.
+            reset_service: What brings the robot to its start; empty for controller/move_to_start.
+        """
         self._clients = clients
+        self._to_start = reset_service or "controller/move_to_start"
 
     async def settle(self) -> None:
         """End what a learner that was killed may have left running: a motion, a recording.
@@ -55,7 +61,7 @@ class TrialRunner:
         say("hand over")
         await self._clients.set_parameters("controller", parameters)
         say("move to start")
-        await self._clients.trigger("controller/move_to_start", MOTION_TIMEOUT)
+        await self._clients.trigger(self._to_start, MOTION_TIMEOUT)
         say("trial")
         bag, _ = await self.record("controller/run_trial", directory)
         return bag

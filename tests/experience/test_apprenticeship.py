@@ -76,7 +76,7 @@ def test_the_policy_file_holds_what_the_controller_gets(copy, reopen):
     run = reopen(copy)
     plan = run.prepare()
     policy, joints = read_policy_file(run.directory.policy_file(3))
-    assert joints == toy_robot.JOINTS
+    assert joints.names == toy_robot.JOINTS
     handed_over, _ = policy_from_parameters(plan.parameters)
     np.testing.assert_array_equal(policy.parameters, plan.policy.parameters)
     np.testing.assert_array_equal(handed_over.parameters, plan.policy.parameters)

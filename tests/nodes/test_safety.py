@@ -9,6 +9,7 @@ import pytest
 from robot_of_two import JOINTS, ROBOT, reading
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import OpenLoopPolicy
 from irlpilco_ros.nodes.motions import MotionStoppedError
 from irlpilco_ros.nodes.safety import check_command, check_policy, check_reading, check_start
@@ -75,12 +76,15 @@ def test_readings_must_be_finite():
 
 def test_policies_must_fit_the_robot():
     policy = OpenLoopPolicy(np.zeros((4, 2)), np.array([1.0, 2.0]), 4)
-    check_policy(ROBOT, policy, JOINTS)
+    check_policy(ROBOT, policy, Joints(JOINTS))
     with pytest.raises(InvalidSettingError, match="in this order: elbow, wrist"):
-        check_policy(ROBOT, policy, ("wrist", "elbow"))
+        check_policy(ROBOT, policy, Joints(("wrist", "elbow")))
     too_fast = OpenLoopPolicy(np.zeros((4, 2)), np.array([1.0, 2.1]), 4)
     with pytest.raises(InvalidSettingError, match=r"wrist is 2\.1; expected at most .* 2"):
-        check_policy(ROBOT, too_fast, JOINTS)
+        check_policy(ROBOT, too_fast, Joints(JOINTS))
+    one = OpenLoopPolicy(np.zeros((4, 1)), np.array([1.0]), 4)
+    with pytest.raises(InvalidSettingError, match="takes wrist for passive .* are no joint"):
+        check_policy(ROBOT, one, Joints(JOINTS, passive=("wrist",)))
 
 
 def test_starts_must_be_inside_the_limits():
