@@ -10,10 +10,6 @@ from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.kernel import squared_exponential
 from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_inverse
 
-_LENGTHSCALE_RANGE = math.log(100.0)
-_NOISE_RANGE = math.log(1000.0)
-_POWER = 30
-
 
 def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> tuple[float, Array]:
     """Return -log p(y | X) of a zero-mean GP, and its gradient.
@@ -54,26 +50,3 @@ def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> t
     gradient[size] = rows.sum()
     gradient[size + 1] = noise * trace
     return float(value), gradient
-
-
-def curb(parameters: Array, log_scales: Array) -> tuple[float, Array]:
-    """Return PILCO's soft penalty on hyperparameters that run away, and its gradient.
-
-    sum_k ((log l_k - log scale_k) / log 100)^30 + ((log s - log noise) / log 1000)^30: flat for
-    length-scales within a factor of 100 of the inputs' own scale and signal-to-noise ratios
-    below 1000, and steep beyond.
-
-    Args:
-        parameters: [log l (P), log s, log noise], of shape (P + 2,).
-        log_scales: log of the inputs' standard deviations, of shape (P,).
-    """
-    ratios = np.append(
-        (parameters[:-2] - log_scales) / _LENGTHSCALE_RANGE,
-        (parameters[-2] - parameters[-1]) / _NOISE_RANGE,
-    )
-    slopes = _POWER * ratios ** (_POWER - 1)
-    gradient = np.empty_like(parameters)
-    gradient[:-2] = slopes[:-1] / _LENGTHSCALE_RANGE
-    gradient[-2] = slopes[-1] / _NOISE_RANGE
-    gradient[-1] = -gradient[-2]
-    return float(np.sum(ratios**_POWER)), gradient

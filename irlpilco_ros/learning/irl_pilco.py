@@ -179,6 +179,7 @@ def _train_model(
         previous.hyperparameters if previous is not None else None,
         settings.threads,
         report.model,
+        "pilco" if settings.hyperprior == "pilco" else "dimension_scaled",
     )
 
 

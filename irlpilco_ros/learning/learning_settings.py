@@ -22,6 +22,12 @@ class LearningSettings:
         "Mean of the dynamics before any data: a velocity-controlled robot, or nothing (thesis).",
         choices=("velocity", "zero"),
     )
+    hyperprior: str = setting(
+        "dimension_scaled",
+        "Belief about the model's length-scales before any data: that they grow with the number "
+        "of inputs, or only that they do not run away (as PILCO).",
+        choices=("dimension_scaled", "pilco"),
+    )
     covariance: str = setting(
         "first_order",
         "Covariance between the outputs of the dynamics model: to first order, or exact.",

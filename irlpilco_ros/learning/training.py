@@ -16,8 +16,9 @@ from irlpilco_ros.learning.dynamics_model import (
     check_data,
 )
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.evidence import curb, negative_log_evidence
+from irlpilco_ros.learning.evidence import negative_log_evidence
 from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.hyperprior import HYPERPRIORS, Belief, Hyperprior
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
@@ -50,11 +51,11 @@ class _Scales:
         height = np.maximum(height, np.maximum(1e-3 * size, _SMALLEST_SCALE))
         return _Scales(np.log(spread), np.log(height))
 
-    def start(self) -> Array:
-        """Return PILCO's starting point [log l, log s, log noise], of shape (E, P + 2)."""
-        outputs = len(self.targets)
+    def start(self, belief: Belief) -> Array:
+        """Return where a cold search starts, [log l, log s, log noise], of shape (E, P + 2)."""
+        lengthscales = np.tile(belief.start(self.inputs), (len(self.targets), 1))
         height = self.targets[:, None]
-        return np.hstack([np.tile(self.inputs, (outputs, 1)), height, height - math.log(10.0)])
+        return np.hstack([lengthscales, height, height - math.log(10.0)])
 
     def bounds(self, a: int) -> Array:
         """Return the box of the search for output a, of shape (P + 2, 2)."""
@@ -77,6 +78,7 @@ def train(
     progress: Callable[[float], None] | None = None,
     max_evaluations: int = 300,
     max_exact_points: int = MAX_EXACT_POINTS,
+    hyperprior: Hyperprior = "pilco",
 ) -> DynamicsModel:
     """Find the hyperparameters that maximise the evidence, and condition the model on the data.
 
@@ -93,6 +95,7 @@ def train(
         max_exact_points: With more points than this, the hyperparameters come from this many
             points, evenly spread over the data in their order, and the model is sparse: see
             `DynamicsModel.condition`.
+        hyperprior: What is believed of the hyperparameters before any data.
 
     Raises:
         InvalidSettingError: if shapes disagree or the data are not finite.
@@ -103,14 +106,20 @@ def train(
     check_data(inputs, targets, prior)
     residuals = targets - inputs @ prior.T
     scales = _Scales.of(inputs, residuals)
-    start = scales.start() if warm_start is None else _stack(warm_start, outputs, size)
+    belief = HYPERPRIORS[hyperprior]
+    start = scales.start(belief) if warm_start is None else _stack(warm_start, outputs, size)
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_exact_points)).astype(int)
     points, values = inputs[chosen], residuals[chosen]
     report = _Progress(progress, outputs)
 
     def one_output(a: int) -> Array:
         found = _maximise_evidence(
-            points, values[:, a], start[a], scales.inputs, scales.bounds(a), max_evaluations
+            points,
+            values[:, a],
+            start[a],
+            scales.bounds(a),
+            lambda parameters: belief.penalty(parameters, scales.inputs),
+            max_evaluations,
         )
         report.step()
         return found
@@ -127,16 +136,16 @@ def _maximise_evidence(
     inputs: Array,
     targets: Array,
     start: Array,
-    log_scales: Array,
     bounds: Array,
+    penalty: Callable[[Array], tuple[float, Array]],
     max_evaluations: int,
 ) -> Array:
     """Return the best parameters [log l, log s, log noise] that L-BFGS finds for one output."""
 
     def objective(parameters: Array) -> tuple[float, Array]:
         value, gradient = negative_log_evidence(inputs, targets, parameters)
-        penalty, slope = curb(parameters, log_scales)
-        return value + penalty, gradient + slope
+        extra, slope = penalty(parameters)
+        return value + extra, gradient + slope
 
     result = optimize.minimize(
         objective,

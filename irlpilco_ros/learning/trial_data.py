@@ -8,6 +8,7 @@ import numpy as np
 
 from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.hyperprior import Hyperprior
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.state_layout import StateLayout
@@ -24,6 +25,7 @@ def train_on_trials(
     warm_start: Hyperparameters | None,
     threads: int,
     progress: Callable[[float], None] | None = None,
+    hyperprior: Hyperprior = "pilco",
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
 
@@ -34,6 +36,7 @@ def train_on_trials(
         warm_start: Hyperparameters to start from; None for the scales of the data.
         threads: Has no influence on the result.
         progress: Told the fraction that is done.
+        hyperprior: What is believed of the hyperparameters before any data.
     """
     views = [layout.dynamics_view(trial.states[:-1]) for trial in trials]
     pairs = [np.hstack([view, trial.controls]) for view, trial in zip(views, trials, strict=True)]
@@ -44,5 +47,6 @@ def train_on_trials(
         warm_start=warm_start,
         threads=threads,
         progress=progress,
+        hyperprior=hyperprior,
         max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
     )

@@ -6,7 +6,8 @@ from block_checks import golden_cases
 from dynamics_examples import example_data, example_hyperparameters
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.evidence import curb, negative_log_evidence
+from irlpilco_ros.learning.evidence import negative_log_evidence
+from irlpilco_ros.learning.hyperprior import pilco_curb
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.training import train
@@ -20,7 +21,7 @@ def curbed_evidence(inputs, targets, hyperparameters, a):
         ]
     )
     value = negative_log_evidence(inputs, targets[:, a], parameters)[0]
-    return value + curb(parameters, np.log(inputs.std(axis=0, ddof=1)))[0]
+    return value + pilco_curb(parameters, np.log(inputs.std(axis=0, ddof=1)))[0]
 
 
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("train")))
