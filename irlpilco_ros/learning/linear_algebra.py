@@ -13,7 +13,7 @@ from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array, symmetric
 from irlpilco_ros.learning.threads import scratch
 
-_SMALL = 6  # below this size LAPACK's general inverse is as fast as splitting further
+_LEAF = 3  # triangles of up to this size are inverted row by row
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
 
@@ -21,23 +21,51 @@ _LAST_JITTER = 1e-2
 def triangular_inverse(factor: Array) -> Array:
     """Return the inverse of a lower triangular matrix, or of each of a stack (..., n, n).
 
-    [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], halving until the blocks are small.
+    [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], from small blocks on the diagonal to
+    ever larger ones: few calls of numpy, each for all blocks of one size in all of the stack.
     """
-    result = np.zeros_like(factor)
-    _invert_triangle(factor, result)
+    n = factor.shape[-1]
+    stack = _inverse_of_padded(factor.reshape(-1, n, n))
+    return stack[:, :n, :n].reshape(factor.shape).copy()
+
+
+def _inverse_of_padded(factors: Array) -> Array:
+    """Return inverses of lower triangles (k, n, n) in a corner of scratch matrices.
+
+    Those are as large as it takes to halve them down to small blocks; the rest is an identity.
+    """
+    count, n, _ = factors.shape
+    blocks = 1
+    while n > _LEAF * blocks:
+        blocks *= 2
+    side = -(-n // blocks)
+    size = side * blocks
+    result = scratch("padded", (count, size, size))
+    np.negative(factors, out=result[:, :n, :n])  # which spares each product its sign
+    result[:, :n, n:], result[:, n:, :n], result[:, n:, n:] = 0.0, 0.0, -np.eye(size - n)
+    leaves = _diagonal_blocks(result, side, side)
+    for i in range(side):
+        leaves[..., i, i] = -1.0 / leaves[..., i, i]
+        if i:
+            row = leaves[..., i : i + 1, :i] @ leaves[..., :i, :i]
+            leaves[..., i : i + 1, :i] = row * leaves[..., i : i + 1, i : i + 1]
+    while side < size:
+        first = _diagonal_blocks(result, side, 2 * side)
+        corner = _diagonal_blocks(result[:, side:], side, 2 * side)
+        second = _diagonal_blocks(result[:, side:, side:], side, 2 * side)
+        corner[...] = second @ corner @ first
+        side *= 2
     return result
 
 
-def _invert_triangle(factor: Array, result: Array) -> None:
-    n = factor.shape[-1]
-    if n <= _SMALL:
-        result[...] = np.linalg.inv(factor)
-        return
-    half = n // 2
-    _invert_triangle(factor[..., :half, :half], result[..., :half, :half])
-    _invert_triangle(factor[..., half:, half:], result[..., half:, half:])
-    corner = np.matmul(factor[..., half:, :half], result[..., :half, :half])
-    np.matmul(result[..., half:, half:], -corner, out=result[..., half:, :half])
+def _diagonal_blocks(stack: Array, side: int, step: int) -> Array:
+    """Return a view (k, b, side, side) of every block at (i step, i step) of each matrix."""
+    count, rows, _ = stack.shape
+    outer, row, column = stack.strides
+    shape = (count, -(-rows // step), side, side)
+    return np.lib.stride_tricks.as_strided(
+        stack, shape, (outer, step * (row + column), row, column)
+    )
 
 
 def diagonals(stack: Array) -> Array:
@@ -59,25 +87,21 @@ def regularised_inverse(covariance: Array, regulariser: Array) -> tuple[Array, A
     Raises:
         NumericalError: if S + diag(d) is not positive definite.
     """
-    scale = 1.0 / np.sqrt(regulariser)
-    scales = scale[:, :, None] * scale[:, None, :]
-    scaled = np.multiply(covariance, scales, out=scratch("scaled", scales.shape))
-    diagonals(scaled)[...] += 1.0
+    lifted = scratch("lifted", (len(regulariser), *covariance.shape))
+    lifted[...] = covariance
+    diagonals(lifted)[...] += regulariser
     try:
-        factor = np.linalg.cholesky(scaled)
+        factor = np.asarray(np.linalg.cholesky(lifted), dtype=np.float64)
     except np.linalg.LinAlgError:
         smallest = float(np.linalg.eigvalsh(symmetric(covariance)).min())
         raise NumericalError(
             "the covariance of the dynamics model's input is not positive semi-definite: its "
             f"smallest eigenvalue is {smallest:.3g}, expected at least 0; pass a covariance"
         ) from None
-    log_determinant = 2.0 * np.log(diagonals(factor)).sum(axis=1)
-    inverse_factor = scratch("scaled", factor.shape)
-    inverse_factor[...] = 0.0
-    _invert_triangle(factor, inverse_factor)
-    inverse = np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor, out=factor)
-    inverse *= scales
-    return inverse, log_determinant
+    log_determinant = np.log(diagonals(factor) ** 2 / regulariser).sum(axis=1)
+    size = len(covariance)
+    inverse_factor = _inverse_of_padded(factor)[:, :size, :size]
+    return np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor, out=factor), log_determinant
 
 
 def jittered_cholesky(matrix: Array, scale: float) -> tuple[Array, float]:

@@ -107,7 +107,7 @@ def match_moments(
         jacobian_total = jacobian_total - 2.0 * taken @ spread
         s_bar = s_bar - outputs.jacobian.T @ taken @ outputs.jacobian
         with one_blas_thread():
-            m_part, s_part = _pull_outputs(outputs, mean_bar, jacobian_total, variance_bar, threads)
+            m_part, s_part = _pull_outputs(outputs, mean_bar, jacobian_total, variance_bar)
         m_bar = prior_mean.T @ mean_bar + m_part
         s_bar = s_bar + s_part
         if pairs is not None:
@@ -139,20 +139,15 @@ def _all_outputs(
 
 
 def _pull_outputs(
-    outputs: _Outputs, mean_bar: Array, jacobian_bar: Array, variance_bar: Array, threads: int
+    outputs: _Outputs, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
 ) -> tuple[Array, Array]:
-    """Sum the pullbacks of all groups, in their order."""
-    ends = np.cumsum([len(group.mean) for group in outputs.groups])
-
-    def one_group(index: int) -> tuple[Array, Array]:
-        group = outputs.groups[index]
-        part = slice(ends[index] - len(group.mean), ends[index])
-        return group.pullback(mean_bar[part], jacobian_bar[part], variance_bar[part])
-
-    results = run_parallel(one_group, range(len(ends)), threads)
-    m_total, s_total = results[0]
-    for m_bar, s_bar in results[1:]:
-        m_total, s_total = m_total + m_bar, s_total + s_bar
+    """Sum the pullbacks of all groups: too short a piece of work to share among threads."""
+    m_total, s_total = np.zeros(jacobian_bar.shape[1]), np.zeros((jacobian_bar.shape[1],) * 2)
+    start = 0
+    for group in outputs.groups:
+        part = slice(start, start + len(group.mean))
+        m_bar, s_bar = group.pullback(mean_bar[part], jacobian_bar[part], variance_bar[part])
+        m_total, s_total, start = m_total + m_bar, s_total + s_bar, part.stop
     return m_total, s_total
 
 

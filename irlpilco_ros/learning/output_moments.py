@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.learning.displacements import Displacements
-from irlpilco_ros.learning.gaussian import Array, symmetric
+from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import scratch
@@ -48,7 +48,8 @@ class OutputMoments:
         precision: P1, of shape (b, P, P).
         shares: q, of shape (b, n).
         variance_by_mean: dv/dm, of shape (b, P); empty without gradient.
-        variance_by_covariance: dv/dS, of shape (b, P, P); empty without gradient.
+        variance_by_covariance: dv/dS, of which the symmetric part counts, of shape (b, P, P);
+            empty without gradient.
     """
 
     displacements: Displacements
@@ -64,24 +65,27 @@ class OutputMoments:
     def pullback(
         self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
     ) -> tuple[Array, Array]:
-        """Pull derivatives by M (b,), V (b, P), v (b,) back to m (P,) and S (P, P).
+        """Pull derivatives by M (b,), V (b, P), v (b,) back to m (P,) and S (P, P), summed over b.
 
         V_bar gives m_bar = Hess V_bar and, with the third expected derivative of f,
-        S_bar = 1/2 sum q_i (t_i'V_bar) t_i t_i' - 1/2 (V_bar'V) P1 - P1 V_bar V', t_i = P1 z_i.
+        S_bar = 1/2 sum q_i (t_i'V_bar) t_i t_i' - 1/2 (V_bar'V) P1 - P1 V_bar V', t_i = P1 z_i,
+        of which the symmetric part counts.
         """
-        sides = np.matmul(self.precision, jacobian_bar[:, :, None])
-        along = self.displacements.linear_forms(sides[:, :, 0])
+        size = jacobian_bar.shape[1]
+        sides = np.matmul(self.precision, jacobian_bar[:, :, None])[:, :, 0]
+        along = self.displacements.linear_forms(sides)
         along += mean_bar[:, None]
         along *= 0.5 * self.shares
-        s_bar = self.precision @ self.displacements.second_moments(along) @ self.precision
+        turned = self.displacements.second_moments(along) @ self.precision
+        s_bar = self.precision.reshape(-1, size).T @ turned.reshape(-1, size)
         dots = np.sum(jacobian_bar * self.jacobian, axis=1) + mean_bar * self.mean
-        s_bar -= (0.5 * dots)[:, None, None] * self.precision
-        s_bar -= sides * self.jacobian[:, None, :]
-        s_bar += variance_bar[:, None, None] * self.variance_by_covariance
-        m_bar = np.matmul(self.hessian, jacobian_bar[:, :, None])[:, :, 0]
-        m_bar += mean_bar[:, None] * self.jacobian
-        m_bar += variance_bar[:, None] * self.variance_by_mean
-        return m_bar.sum(axis=0), s_bar.sum(axis=0)
+        s_bar -= np.tensordot(0.5 * dots, self.precision, axes=1)
+        s_bar -= sides.T @ self.jacobian
+        s_bar += np.tensordot(variance_bar, self.variance_by_covariance, axes=1)
+        m_bar = np.tensordot(jacobian_bar, self.hessian, axes=2)
+        m_bar += mean_bar @ self.jacobian
+        m_bar += variance_bar @ self.variance_by_mean
+        return m_bar, s_bar
 
 
 def output_moments(
@@ -216,7 +220,7 @@ def _pair_sums(
     rows += products[:, size]
     rows *= 0.5
     moment = products[:, :size] @ np.swapaxes(displacements.z[:, :size], 1, 2)
-    return _PairSums(total, rows, symmetric(moment))
+    return _PairSums(total, rows, moment)
 
 
 def _exponent_factors(

@@ -25,7 +25,7 @@ from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, OutputMoment
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
 
-_BLOCK_ELEMENTS = 500_000  # n x n values worked on together: 4 MB
+_BLOCK_ELEMENTS = 1_000_000  # n x n values of the pairs that are worked on together
 
 
 @dataclass(frozen=True)

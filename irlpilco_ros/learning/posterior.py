@@ -14,7 +14,7 @@ from irlpilco_ros.learning.kernel import Hyperparameters, squared_exponential
 from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_inverse
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
-_GROUPS = 4  # of outputs, which threads share out; more would make each numpy call too short
+_GROUPS = 2  # of outputs, which threads share out; more would make each numpy call too short
 _WORTH_SHARING = 100_000  # pairs of points; handing less to another thread costs more than it does
 _STRIP = 60  # columns of an n x n matrix that are worked on together
 
