@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from sim_bridge import debris
 from sim_bridge.baxter_model import build_model
 from sim_bridge.errors import DivergedError, InvalidCommandError
+from sim_bridge.joint_reading import JointReading
 from sim_bridge.joint_servos import Drive, JointServos
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
 from sim_bridge.simulation_settings import SimulationSettings
@@ -28,30 +28,6 @@ _BREAKDOWNS = (
 )
 
 
-@dataclass(frozen=True)
-class JointReading:
-    """What the robot reports at one instant.
-
-    Attributes:
-        stamp: Simulated time [ns].
-        names: 17 names in alphabetical order, as a real Baxter sends them.
-        positions: (17,) [rad], with sensor noise on the arms.
-        velocities: (17,) [rad/s], with sensor noise on the arms.
-        efforts: (17,) [Nm] of the motors.
-    """
-
-    stamp: int
-    names: tuple[str, ...]
-    positions: Vector
-    velocities: Vector
-    efforts: Vector
-
-    def state(self, joints: Sequence[str]) -> Vector:
-        """Return [positions, velocities] of these joints, in this order, shape (2J,)."""
-        index = [self.names.index(joint) for joint in joints]
-        return np.concatenate([self.positions[index], self.velocities[index]])
-
-
 class BaxterSimulation:
     """Baxter at its table: the physics, the servos and the sensors.
 
@@ -59,6 +35,7 @@ class BaxterSimulation:
     """
 
     joint_names = ARM_JOINTS
+    commanded_names = ARM_JOINTS
     published_names = PUBLISHED_JOINTS
 
     def __init__(self, settings: SimulationSettings | None = None) -> None:

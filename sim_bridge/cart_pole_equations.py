@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
+
+CART_POLE_MODEL = Path(__file__).parent / "models" / "cart_pole" / "cart_pole.xml"
+"""The same system for MuJoCo, to look at."""
 
 STEP = 1e-3  # [s] of the Runge-Kutta steps: errors stay below 1e-8 over 0.1 s
 

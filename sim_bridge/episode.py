@@ -6,7 +6,7 @@ state reports, noise included, and its command is repeated with every state unti
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from irlpilco_ros.learning.rollout import Rollout
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import ApproachError
 from sim_bridge.guided_motion import Approach, GuidedMotion, load_motion
+from sim_bridge.joint_reading import JointReading
 from sim_bridge.joints import ARM_JOINTS
 
 Vector = NDArray[np.float64]
@@ -36,6 +37,27 @@ class Policy(Protocol):
 
     def act(self, state: Vector, step: int) -> Vector:
         """Return the control (F,) [rad/s] for the state (D,) at this tick."""
+
+
+class Robot(Protocol):
+    """What a trial needs of a simulated robot."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints of the state."""
+
+    @property
+    def commanded_names(self) -> tuple[str, ...]:
+        """Those of them that are commanded."""
+
+    def read(self) -> JointReading:
+        """Return the present joint states."""
+
+    def command(self, names: Sequence[str], values: ArrayLike, /) -> None:
+        """Command velocities [rad/s] or efforts [N, Nm]."""
+
+    def step(self) -> None:
+        """Advance by the period of the joint states."""
 
 
 def run_episode(
@@ -61,11 +83,9 @@ def run_episode(
     return run_trial(simulation, policy, horizon, dt)
 
 
-def run_trial(
-    simulation: BaxterSimulation, policy: Policy, horizon: int, dt: float = 0.5
-) -> Rollout:
+def run_trial(simulation: Robot, policy: Policy, horizon: int, dt: float = 0.5) -> Rollout:
     """Run one trial from where the robot is; arguments and result as `run_episode`."""
-    names = simulation.joint_names
+    names, commanded = simulation.joint_names, simulation.commanded_names
     begin = simulation.read().stamp
     states, controls = [], []
     for tick in range(horizon):
@@ -75,10 +95,10 @@ def run_trial(
         controls.append(control)
         tick_end = begin + round((tick + 1) * dt * 1e9)
         while simulation.read().stamp < tick_end:
-            simulation.command(names, control)
+            simulation.command(commanded, control)
             simulation.step()
     states.append(simulation.read().state(names))
-    simulation.command(names, np.zeros(len(names)))
+    simulation.command(commanded, np.zeros(len(commanded)))
     return Rollout(states=np.array(states), controls=np.array(controls))
 
 

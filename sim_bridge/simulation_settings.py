@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.settings import check, setting
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.pace_settings import PaceSettings
 from sim_bridge.servo_presets import SERVO_PRESETS
 
 
 @dataclass(frozen=True)
-class SimulationSettings:
+class SimulationSettings(PaceSettings):
     """The robot, its sensors, what lies on the table, and how time passes.
 
     Raises:
@@ -62,20 +63,6 @@ class SimulationSettings:
         0, "Number of pieces of debris on the table.", minimum=0, maximum=50, read_only=True
     )
     debris_seed: int = setting(0, "Where the debris lies.", minimum=0, read_only=True)
-    seed: int = setting(0, "Seed of the sensor noise.", minimum=0, read_only=True)
-    real_time_factor: float = setting(
-        1.0,
-        "Simulated seconds per second; 0: as fast as it goes. Other than 1, /clock is published.",
-        minimum=0.0,
-        maximum=1000.0,
-        read_only=True,
-    )
-    lockstep: bool = setting(
-        False,
-        "Wait for the answer to each state (a command or a guide), as fast as it goes: the same "
-        "seed gives the same trial bit for bit. Publishes /clock.",
-        read_only=True,
-    )
     viewer: bool = setting(
         False, "Show the simulation in a window; needs a display.", read_only=True
     )
@@ -93,8 +80,3 @@ class SimulationSettings:
         """Time from a command's arrival to its effect [s], with the preset's if none is set."""
         preset = SERVO_PRESETS[self.preset]
         return preset.command_lag if self.command_lag < 0.0 else self.command_lag
-
-    @property
-    def wall_time(self) -> bool:
-        """Whether the simulation keeps the wall clock's time, so that nobody needs /clock."""
-        return self.real_time_factor == 1.0 and not self.lockstep

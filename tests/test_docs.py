@@ -30,15 +30,27 @@ NODE_FILES = {
     "controller": ROOT / "irlpilco_ros/nodes/controller.py",
     "learner": ROOT / "irlpilco_ros/nodes/learner.py",
     "baxter_simulator": ROOT / "sim_bridge/baxter_simulator_node.py",
+    "cart_pole_simulator": ROOT / "sim_bridge/cart_pole_simulator_node.py",
     "demonstrator": ROOT / "sim_bridge/demonstrator_node.py",
 }
+SHARED = {
+    "baxter_simulator": ROOT / "sim_bridge/simulator_node.py",
+    "cart_pole_simulator": ROOT / "sim_bridge/simulator_node.py",
+}
+"""What nodes have in common is in a file of its own."""
 # Made by helpers of the nodes, or by rclpy itself.
 OTHERWISE_MADE = {"/diagnostics", "controller/set_parameters_atomically"}
 
 
 def interfaces_of(node: str) -> set[str]:
     """Return the topics and services that a node's source names."""
-    tree = ast.parse(NODE_FILES[node].read_text(encoding="utf-8"))
+    files = {NODE_FILES[node], SHARED.get(node, NODE_FILES[node])}
+    tree = ast.parse(
+        "\n".join(
+            re.sub(r"^from __future__.*$", "", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
+            for file in files
+        )
+    )
     constants = {
         target.id: assignment.value.value
         for assignment in ast.walk(tree)

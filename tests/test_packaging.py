@@ -16,6 +16,7 @@ NODES = (
     "learner",
     "controller",
     "baxter_simulator",
+    "cart_pole_simulator",
     "demonstrator",
 )
 

@@ -22,6 +22,7 @@ from irlpilco_ros.nodes.controller_settings import ControllerSettings  # noqa: E
 from irlpilco_ros.nodes.demonstration_recorder import RecorderSettings  # noqa: E402
 from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
 from irlpilco_ros.nodes.policy_parameters import _DESCRIPTIONS  # noqa: E402
+from sim_bridge.cart_pole_simulation import CartPoleSettings  # noqa: E402
 from sim_bridge.demonstrator_node import DemonstratorSettings  # noqa: E402
 from sim_bridge.simulation_settings import SimulationSettings  # noqa: E402
 
@@ -32,6 +33,7 @@ SETTINGS: dict[str, tuple[type, ...]] = {
     "controller": (RobotSettings, ControllerSettings),
     "learner": (RobotSettings, LearningSettings, RunSettings),
     "baxter_simulator": (SimulationSettings,),
+    "cart_pole_simulator": (CartPoleSettings,),
     "demonstrator": (DemonstratorSettings,),
 }
 """What each node declares its parameters from."""

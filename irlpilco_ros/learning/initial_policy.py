@@ -6,7 +6,13 @@ import numpy as np
 
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Policy, RbfPolicy
+from irlpilco_ros.learning.policies import (
+    LinearPhasePolicy,
+    LinearPolicy,
+    OpenLoopPolicy,
+    Policy,
+    RbfPolicy,
+)
 from irlpilco_ros.learning.policies.linear_phase import phase_features
 from irlpilco_ros.learning.squashing import unsquash
 from irlpilco_ros.learning.task import Task
@@ -18,13 +24,16 @@ def initial_policy(task: Task, settings: LearningSettings) -> Policy:
     """Return the policy of the first trial (thesis Algorithm 3, line 2).
 
     "demonstration" fits the policy to the demonstration's own speeds: kind to the robot, and the
-    data come to lie where they are needed. "random" draws every parameter from N(0, 1).
+    data come to lie where they are needed. "random" draws every parameter from N(0, 1),
+    "random_controls" the controls themselves.
     """
     if settings.initial_policy == "demonstration":
-        return _fitted_policy(task, settings)
+        return fitted_policy(task, settings, task.demonstrated_controls())
     zero = zero_policy(task, settings)
     if settings.initial_policy == "zero":
         return zero
+    if settings.initial_policy == "random_controls":
+        return random_controls(task.horizon, zero.control_limit, zero.state_size, settings.seed)
     return random_policy(zero, settings.seed)
 
 
@@ -47,6 +56,12 @@ def random_policy(policy: Policy, seed: int) -> Policy:
     return policy.with_parameters(rng.standard_normal(policy.parameters.shape))
 
 
+def random_controls(horizon: int, limit: Array, state_size: int, seed: int) -> OpenLoopPolicy:
+    """Return controls drawn evenly from within the limit (F,), as PILCO's first trial has them."""
+    rng = np.random.default_rng(seed)
+    return OpenLoopPolicy(rng.uniform(-1.0, 1.0, (horizon, len(limit))) * limit, limit, state_size)
+
+
 def policy_limit(task: Task, settings: LearningSettings) -> Array:
     """Return the largest control of the policy, shape (F,) [rad/s].
 
@@ -61,9 +76,10 @@ def policy_limit(task: Task, settings: LearningSettings) -> Array:
     return limit
 
 
-def _fitted_policy(task: Task, settings: LearningSettings) -> Policy:
+def fitted_policy(task: Task, settings: LearningSettings, controls: Array) -> Policy:
+    """Return the policy that gives controls (H, F) along the demonstration, as well as it can."""
     zero = zero_policy(task, settings)
-    wanted = unsquash(task.demonstrated_controls(), zero.control_limit)
+    wanted = unsquash(controls, zero.control_limit)
     states = task.state_layout.policy_view(task.reference_states()[:-1])
     if isinstance(zero, LinearPhasePolicy):
         steps = range(task.horizon)

@@ -14,6 +14,7 @@ from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gaussian import Array, Gaussian
 from irlpilco_ros.learning.initial_policy import initial_policy, random_policy, zero_policy
+from irlpilco_ros.learning.inverse_policy import inverse_policy
 from irlpilco_ros.learning.iteration import Errors, Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.objective import Objective
@@ -76,7 +77,7 @@ def learn(
         model = _train_model(task, settings, trials, previous, report)
         trained = time.perf_counter()
         objective = imitation_objective(task, settings, model, trials, weights)
-        starts = _starting_policies(task, settings, previous)
+        starts = _starting_policies(task, settings, model, previous)
         found = search_policy(
             objective, starts, settings.optimiser, settings.evaluations, report.policy
         )
@@ -184,17 +185,20 @@ def _train_model(
 
 
 def _starting_policies(
-    task: Task, settings: LearningSettings, previous: Iteration | None
+    task: Task, settings: LearningSettings, model: DynamicsModel, previous: Iteration | None
 ) -> list[Policy]:
-    first = initial_policy(task, settings)
     zero = zero_policy(task, settings)
-    policies: dict[str, Policy] = {
-        "last": previous.policy if previous is not None else first,
-        "zero": zero,
-        "initial": first,
-        "random": random_policy(zero, settings.seed + 1),
+    first = initial_policy(task, settings)
+    if first.kind != zero.kind:  # random controls: nothing that a search could improve
+        first = zero
+    policies: dict[str, Callable[[], Policy]] = {
+        "last": lambda: previous.policy if previous is not None else first,
+        "zero": lambda: zero,
+        "initial": lambda: first,
+        "random": lambda: random_policy(zero, settings.seed + 1),
+        "inverse": lambda: inverse_policy(task, settings, model),
     }
-    return [policies[name] for name in dict.fromkeys(settings.starts)]
+    return [policies[name]() for name in dict.fromkeys(settings.starts)]
 
 
 def _check_trials(task: Task, trials: Sequence[Rollout]) -> None:

@@ -44,8 +44,9 @@ class LearningSettings:
     rbf_count: int = setting(10, "Number of radial basis functions (rbf).", minimum=1, maximum=1000)
     initial_policy: str = setting(
         "demonstration",
-        "First trial: fitted to the demonstration's own speeds, no motion, or random (thesis).",
-        choices=("demonstration", "zero", "random"),
+        "First trial: fitted to the demonstration's own speeds, no motion, random parameters "
+        "(thesis), or random controls (PILCO).",
+        choices=("demonstration", "zero", "random", "random_controls"),
     )
     optimiser: str = setting(
         "gauss_newton",
@@ -57,8 +58,9 @@ class LearningSettings:
     )
     starts: tuple[str, ...] = setting(
         ("last", "zero"),
-        "Where policy search may start; it goes on from the best of them.",
-        choices=("last", "zero", "initial", "random"),
+        "Where policy search may start; it goes on from the best of them. inverse: the controls "
+        "that the dynamics model takes the demonstration for.",
+        choices=("last", "zero", "initial", "random", "inverse"),
     )
     variance_weight: float = setting(
         1.0,

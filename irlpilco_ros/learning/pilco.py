@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irlpilco_ros.learning import initial_policy
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gaussian import Array, Gaussian
@@ -129,9 +130,8 @@ def improve(
 
 def random_controls(task: ControlTask, seed: int) -> OpenLoopPolicy:
     """Return controls drawn evenly from within the limit, for the first trial."""
-    rng = np.random.default_rng(seed)
-    table = rng.uniform(-1.0, 1.0, (task.horizon, len(task.control_limit))) * task.control_limit
-    return OpenLoopPolicy(table, task.control_limit, len(task.layout.policy_inputs or ()))
+    seen = len(task.layout.policy_inputs or ())
+    return initial_policy.random_controls(task.horizon, task.control_limit, seen, seed)
 
 
 def random_start(task: ControlTask, settings: LearningSettings) -> Policy:
