@@ -14,7 +14,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+
+STACKS = (1, 4, 14)  # how many matrices one call of numpy may work on
 
 
 class _Share:
@@ -39,22 +40,46 @@ class _Share:
                 np.matmul(self.rows, self.square, out=self.turned)
 
 
-def floor_seconds(
-    outputs: int, size: int, n: int, steps: int, exact: bool, threads: int, repetitions: int = 3
-) -> float:
-    """Return the best time [s] of several runs, for whichever stacking of matrices is faster."""
-    best = np.inf
-    work = [(outputs * steps, 5)]
-    if exact:
-        work.append((outputs * (outputs - 1) // 2 * steps, 4))
-    for stack in (1, 4, 14):
-        shares = [
-            [_Share(stack, -(-total // (threads * stack)), n, size, small) for total, small in work]
-            for _ in range(threads)
-        ]
-        with threadpool_limits(1), ThreadPoolExecutor(threads) as pool:
-            for _ in range(repetitions):
-                start = time.perf_counter()
-                list(pool.map(lambda mine: [share.run() for share in mine], shares))
-                best = min(best, time.perf_counter() - start)
-    return float(best)
+class Floor:
+    """The floor of one objective with its gradient, ready to be run."""
+
+    def __init__(
+        self, outputs: int, size: int, n: int, steps: int, exact: bool, threads: int
+    ) -> None:
+        """Prepare the arrays, and find out how many matrices to work on at a time.
+
+        Args:
+            outputs: E.
+            size: P.
+            n: Points.
+            steps: H.
+            exact: Whether the pairs of outputs count too.
+            threads: Among which the work is shared.
+        """
+        work = [(outputs, 5), (outputs * (outputs - 1) // 2 if exact else 0, 4)]
+
+        def shares(stack: int, repeats: int) -> list[list[_Share]]:
+            return [
+                [
+                    _Share(stack, -(-count * repeats // (threads * stack)), n, size, small)
+                    for count, small in work
+                    if count
+                ]
+                for _ in range(threads)
+            ]
+
+        self._pool = ThreadPoolExecutor(threads)
+        best = np.inf
+        for stack in STACKS:
+            self._shares = shares(stack, 1)
+            self.run()
+            start = time.perf_counter()
+            self.run()
+            seconds = time.perf_counter() - start
+            if seconds < best:
+                best, chosen = seconds, stack
+        self._shares = shares(chosen, steps)
+
+    def run(self) -> None:
+        """Do the arithmetic once."""
+        list(self._pool.map(lambda mine: [share.run() for share in mine], self._shares))

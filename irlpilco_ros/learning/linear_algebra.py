@@ -13,7 +13,8 @@ from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array, symmetric
 from irlpilco_ros.learning.threads import scratch
 
-_LEAF = 3  # triangles of up to this size are inverted row by row
+_SMALL = 12  # triangles of up to this size are LAPACK's, which has no special way with them
+_LEAF = 3  # the smallest blocks of larger ones are inverted row by row
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
 
@@ -25,16 +26,18 @@ def triangular_inverse(factor: Array) -> Array:
     ever larger ones: few calls of numpy, each for all blocks of one size in all of the stack.
     """
     n = factor.shape[-1]
-    stack = _inverse_of_padded(factor.reshape(-1, n, n))
-    return stack[:, :n, :n].reshape(factor.shape).copy()
+    return _inverses(factor.reshape(-1, n, n)).copy().reshape(factor.shape)
 
 
-def _inverse_of_padded(factors: Array) -> Array:
-    """Return inverses of lower triangles (k, n, n) in a corner of scratch matrices.
+def _inverses(factors: Array) -> Array:
+    """Return the inverses of lower triangles (k, n, n); they may lie in scratch memory.
 
-    Those are as large as it takes to halve them down to small blocks; the rest is an identity.
+    There they are the corner of matrices as large as it takes to halve them down to small blocks;
+    the rest is an identity.
     """
     count, n, _ = factors.shape
+    if n <= _SMALL:
+        return np.asarray(np.linalg.inv(factors), dtype=np.float64)
     blocks = 1
     while n > _LEAF * blocks:
         blocks *= 2
@@ -55,7 +58,7 @@ def _inverse_of_padded(factors: Array) -> Array:
         second = _diagonal_blocks(result[:, side:, side:], side, 2 * side)
         corner[...] = second @ corner @ first
         side *= 2
-    return result
+    return result[:, :n, :n]
 
 
 def _diagonal_blocks(stack: Array, side: int, step: int) -> Array:
@@ -99,8 +102,7 @@ def regularised_inverse(covariance: Array, regulariser: Array) -> tuple[Array, A
             f"smallest eigenvalue is {smallest:.3g}, expected at least 0; pass a covariance"
         ) from None
     log_determinant = np.log(diagonals(factor) ** 2 / regulariser).sum(axis=1)
-    size = len(covariance)
-    inverse_factor = _inverse_of_padded(factor)[:, :size, :size]
+    inverse_factor = _inverses(factor)
     return np.matmul(np.swapaxes(inverse_factor, 1, 2), inverse_factor, out=factor), log_determinant
 
 

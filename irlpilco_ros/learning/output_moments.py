@@ -79,13 +79,19 @@ class OutputMoments:
         turned = self.displacements.second_moments(along) @ self.precision
         s_bar = self.precision.reshape(-1, size).T @ turned.reshape(-1, size)
         dots = np.sum(jacobian_bar * self.jacobian, axis=1) + mean_bar * self.mean
-        s_bar -= np.tensordot(0.5 * dots, self.precision, axes=1)
+        s_bar -= _weighted_sum(0.5 * dots, self.precision)
         s_bar -= sides.T @ self.jacobian
-        s_bar += np.tensordot(variance_bar, self.variance_by_covariance, axes=1)
-        m_bar = np.tensordot(jacobian_bar, self.hessian, axes=2)
+        s_bar += _weighted_sum(variance_bar, self.variance_by_covariance)
+        m_bar = jacobian_bar.ravel() @ self.hessian.reshape(-1, size)
         m_bar += mean_bar @ self.jacobian
         m_bar += variance_bar @ self.variance_by_mean
         return m_bar, s_bar
+
+
+def _weighted_sum(weights: Array, stack: Array) -> Array:
+    """Return sum_b w_b X_b, for weights (b,) and a stack (b, P, P)."""
+    total: Array = (weights @ stack.reshape(len(weights), -1)).reshape(stack.shape[1:])
+    return total
 
 
 def output_moments(

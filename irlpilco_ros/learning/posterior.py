@@ -15,7 +15,7 @@ from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_i
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
 _GROUPS = 2  # of outputs, which threads share out; more would make each numpy call too short
-_WORTH_SHARING = 100_000  # pairs of points; handing less to another thread costs more than it does
+_WORTH_SHARING = 1_000_000  # multiplications; handing over fewer costs more than they do
 _STRIP = 60  # columns of an n x n matrix that are worked on together
 
 
@@ -64,8 +64,9 @@ class Posterior:
 
         The grouping depends on sizes alone, never on threads, so that results do not either.
         """
-        n = self.weights.shape[1]
-        count = min(_GROUPS, self.outputs) if self.outputs * n * n > _WORTH_SHARING else 1
+        size, n = self.points.shape[1:]
+        worth_it = self.outputs * n * n * size > _WORTH_SHARING
+        count = min(_GROUPS, self.outputs) if worth_it else 1
         edges = np.linspace(0, self.outputs, count + 1).astype(int)
         return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(edges))
 

@@ -7,6 +7,7 @@ many times slower than one BLAS thread per output, and two layers of threads are
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -139,7 +140,7 @@ def scratch(name: str, shape: tuple[int, ...]) -> Array:
     Big temporaries cost more in page faults than in arithmetic when they are allocated anew.
     The contents are valid until the same thread asks for the same name again.
     """
-    size = int(np.prod(shape))
+    size = math.prod(shape)
     buffer: Array | None = getattr(_scratch, name, None)
     if buffer is None or buffer.size < size:
         buffer = np.empty(size)

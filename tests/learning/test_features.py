@@ -17,7 +17,12 @@ def planar_arm(points):
     return values, np.stack(tails, axis=1)
 
 
-FEATURES = [JointPositions(3), PositionsAndAngles((2,), (1,)), PositionsAndAngles((0, 3), (2, 1)), CubatureFeatures(2, 3, planar_arm)]
+FEATURES = [
+    JointPositions(3),
+    PositionsAndAngles((2,), (1,)),
+    PositionsAndAngles((0, 3), (2, 1)),
+    CubatureFeatures(2, 3, planar_arm),
+]
 
 
 @pytest.mark.parametrize("features", FEATURES)

@@ -1,0 +1,56 @@
+"""Fifteen iterations of learning the sweep with default settings on the simulated Baxter.
+
+Only computing is timed, not the robot: the thesis needed about thirty hours for fifteen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.timing import conditions
+from irlpilco_ros.learning.irl_pilco import (
+    LearningSettings,
+    Rollout,
+    Task,
+    initial_policy,
+    judge,
+    learn,
+    open_loop_policy,
+)
+from irlpilco_ros.learning.policies import Policy
+from sim_bridge.baxter_simulation import BaxterSimulation
+from sim_bridge.episode import play_demonstration, run_episode
+from sim_bridge.simulation_settings import SimulationSettings
+
+ITERATIONS = 15
+VELOCITY_LIMIT = np.tile([1.5, 1.5, 1.5, 1.5, 4.0, 4.0, 4.0], 2)  # [rad/s], both arms
+BARS = {7: 20, 15: 60}
+"""After how many iterations how much computing [s] is allowed on two cores."""
+
+
+def main() -> None:
+    """Print the computing time and the error of every iteration."""
+    print(conditions())
+    simulation = BaxterSimulation(SimulationSettings())
+    task = Task((play_demonstration(simulation),), 0.5, VELOCITY_LIMIT)
+    start = task.reference_states()[0, : task.control_size]
+    settings = LearningSettings()
+
+    def run(policy: Policy) -> Rollout:
+        return run_episode(simulation, policy, start, task.horizon, task.dt)
+
+    replay = judge(task, run(open_loop_policy(task))).rmse
+    print(f"replay of the demonstration: RMSE {replay:.4f} rad")
+    trials, previous, total = [run(initial_policy(task, settings))], None, 0.0
+    print("iteration   model s  policy s  total s  evaluations  RMSE [rad]")
+    print(f"{0:9d}{'':41s}{judge(task, trials[0]).rmse:12.4f}")
+    for k in range(1, ITERATIONS + 1):
+        previous = learn(task, settings, trials, previous)
+        total += previous.model_seconds + previous.policy_seconds
+        trials.append(run(previous.policy))
+        bar = f"   (bar {BARS[k]} s)" if k in BARS else ""
+        print(
+            f"{k:9d}{previous.model_seconds:10.2f}{previous.policy_seconds:10.2f}{total:9.1f}"
+            f"{previous.evaluations:13d}{judge(task, trials[-1]).rmse:12.4f}{bar}",
+            flush=True,
+        )
