@@ -13,6 +13,7 @@ With D = Lambda^-1 of each output, L = D_a + D_b, K = (S + L^-1)^-1 and T = L^-1
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,8 @@ from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, OutputMoment
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
 
-_BLOCK_ELEMENTS = 1_000_000  # n x n values of the pairs that are worked on together
+_CACHED_ELEMENTS = 400_000  # n x n values of the pairs whose strips stay in the cache together
+_BLOCK_ELEMENTS = 2_000_000  # n x n values of the pairs that are worked on together
 
 
 @dataclass(frozen=True)
@@ -162,26 +164,35 @@ def _products(
 ) -> tuple[Array, Array]:
     """Return r (b, n) and, with gradient, Z'Q with c in the last row (b, P + 1, n).
 
-    Q is made and used strip by strip of its columns, so that it stays in the cache.
+    Q is made and used for a few pairs at a time, and strip by strip of its columns, so that it
+    stays in the cache.
     """
     weights_a, weights_b = posterior.weights[block.a], posterior.weights[block.b]
     count, height, n = left.shape
     rows = np.zeros((count, n))
     products = scratch("products", (count, height - 1, n))
     weighted = block.z_a.z * weights_a[:, None, :] if gradient else products
-    for start, stop in posterior.strips:
-        pairs = scratch("pairs", (count, n, stop - start))
-        np.matmul(np.swapaxes(left, 1, 2), right[:, :, start:stop], out=pairs)
+    for part, strip in itertools.product(_parts(count, n), posterior.strips):
+        columns = slice(*strip)
+        turned = np.swapaxes(left[part], 1, 2)
+        pairs = scratch("pairs", (len(turned), n, columns.stop - columns.start))
+        np.matmul(turned, right[part, :, columns], out=pairs)
         if clip:
             np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
         np.exp(pairs, out=pairs)
-        rows += (pairs @ weights_b[:, start:stop, None])[:, :, 0]
+        rows[part] += (pairs @ weights_b[part, columns, None])[:, :, 0]
         if gradient:
-            np.matmul(weighted, pairs, out=products[:, :, start:stop])
+            np.matmul(weighted[part], pairs, out=products[part, :, columns])
     rows *= weights_a
     if gradient:
         products *= weights_b[:, None, :]
     return rows, products
+
+
+def _parts(count: int, n: int) -> list[slice]:
+    """Cut a block of pairs into parts that fit into the cache, a strip at a time."""
+    step = max(1, _CACHED_ELEMENTS // n**2)
+    return [slice(start, min(start + step, count)) for start in range(0, count, step)]
 
 
 def _exponent_factors(
