@@ -22,6 +22,7 @@ setup(
         (f"share/{NAME}", ["package.xml", "LICENSE"]),
         (f"share/{NAME}/config", sorted(glob("config/*.*"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"share/{NAME}/bags/cart_pole/expert", sorted(glob("bags/cart_pole/expert/*"))),
         (f"lib/{NAME}", sorted(glob("executables/*"))),
     ],
     # rclpy and the messages come from a ROS 2 that is installed, or from requirements/.

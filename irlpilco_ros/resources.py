@@ -1,4 +1,4 @@
-"""Where the files that come with the package are: its configuration, in a checkout or installed."""
+"""Where the files that come with the package are, in a checkout or installed."""
 
 from __future__ import annotations
 
@@ -23,17 +23,33 @@ def config_directory() -> Path:
     Raises:
         MissingResourceError: there is no such directory; the installation is incomplete.
     """
+    return _directory("config", "parameter files")
+
+
+def recording(name: str) -> Path:
+    """Return the path of a bag that comes with the package, such as "cart_pole/expert".
+
+    Raises:
+        MissingResourceError: it is not there.
+    """
+    path = _directory("bags", "recordings") / name
+    if not path.is_dir():
+        raise MissingResourceError(f"there is no recording {name!r} in {path.parent}")
+    return path
+
+
+def _directory(name: str, contents: str) -> Path:
     package = Path(__file__).resolve().parent
     checkout = package.parent
-    if (checkout / "package.xml").is_file() and (checkout / "config").is_dir():
-        return checkout / "config"
+    if (checkout / "package.xml").is_file() and (checkout / name).is_dir():
+        return checkout / name
     for prefix in package.parents:
-        directory = prefix / "share" / PACKAGE / "config"
+        directory = prefix / "share" / PACKAGE / name
         if directory.is_dir():
             return directory
     raise MissingResourceError(
-        f"there is no share/{PACKAGE}/config in any folder above {package}; expected the parameter "
-        "files installed with the package: install it again (pip install . or colcon build)"
+        f"there is no share/{PACKAGE}/{name} in any folder above {package}; expected the "
+        f"{contents} installed with the package: install it again (pip install . or colcon build)"
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.kernel import squared_exponential
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import (
     LinearPhasePolicy,
@@ -14,9 +15,11 @@ from irlpilco_ros.learning.policies import (
     RbfPolicy,
 )
 from irlpilco_ros.learning.policies.linear_phase import phase_features
+from irlpilco_ros.learning.policies.rbf import RIDGE
 from irlpilco_ros.learning.squashing import unsquash
 from irlpilco_ros.learning.task import Task
 
+_BUMP_RIDGE = 1e-4  # of the bumps' mean square: bumps that overlap share the work
 _RIDGE = 1e-2  # of the states' own mean square: holds fits with fewer steps than states together
 
 
@@ -91,6 +94,28 @@ def fitted_policy(task: Task, settings: LearningSettings, controls: Array) -> Po
         return _rbf_policy(task, settings, wanted[nearest], zero.control_limit)
     centre = states.mean(axis=0)
     weights = _ridge(states - centre, wanted - wanted.mean(axis=0), _RIDGE).T
+    return LinearPolicy(weights, wanted.mean(axis=0) - weights @ centre, zero.control_limit)
+
+
+def fit_policy(task: Task, settings: LearningSettings, states: Array, controls: Array) -> Policy:
+    """Return the policy that gives controls (n, F) at states (n, D), as well as it can.
+
+    Time is not among its inputs: a linear_phase policy gets no feed-forward.
+    """
+    zero = zero_policy(task, settings)
+    wanted = unsquash(controls, zero.control_limit)
+    views = task.state_layout.policy_view(states)
+    if isinstance(zero, RbfPolicy):
+        widths = np.exp(zero.log_widths)
+        bumps = squared_exponential(views, zero.centres, widths[0], 1.0)
+        own = squared_exponential(zero.centres, zero.centres, widths[0], 1.0)
+        heights = _ridge(bumps, wanted, _BUMP_RIDGE)
+        targets = (own + RIDGE * np.eye(len(own))) @ heights
+        return RbfPolicy(zero.centres, targets, zero.log_widths, zero.control_limit)
+    centre = views.mean(axis=0)
+    weights = _ridge(views - centre, wanted - wanted.mean(axis=0), _RIDGE).T
+    if isinstance(zero, LinearPhasePolicy):
+        return LinearPhasePolicy(weights, zero.phase_weights, task.horizon, zero.control_limit)
     return LinearPolicy(weights, wanted.mean(axis=0) - weights @ centre, zero.control_limit)
 
 

@@ -79,7 +79,12 @@ def learn(
         objective = imitation_objective(task, settings, model, trials, weights)
         starts = _starting_policies(task, settings, model, previous)
         found = search_policy(
-            objective, starts, settings.optimiser, settings.evaluations, report.policy
+            objective,
+            starts,
+            settings.optimiser,
+            settings.evaluations,
+            report.policy,
+            settings.race,
         )
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()

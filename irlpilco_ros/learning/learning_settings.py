@@ -62,6 +62,13 @@ class LearningSettings:
         "that the dynamics model takes the demonstration for.",
         choices=("last", "zero", "initial", "random", "inverse"),
     )
+    race: int = setting(
+        0,
+        "Evaluations in which each start is improved before the best goes on; 0: the best is "
+        "chosen as it stands.",
+        minimum=0,
+        maximum=100000,
+    )
     variance_weight: float = setting(
         1.0,
         "How much predicted spread costs (lambda): 1 is the expected square, 0 the thesis.",

@@ -73,6 +73,7 @@ def search_policy(
     optimiser: str,
     evaluations: int,
     progress: SearchProgress | None = None,
+    race: int = 0,
 ) -> SearchResult:
     """Minimise the objective over the policy's parameters, from the best of several starts.
 
@@ -82,23 +83,35 @@ def search_policy(
         optimiser: "gauss_newton", "bfgs" or "lbfgs".
         evaluations: Largest number of evaluations, on top of one for each start.
         progress: Told the best cost and the number of evaluations after each of them.
+        race: Evaluations, of those, in which each of several starts is improved before the best
+            of them goes on; with 0 the best start is chosen as it stands.
 
     Raises:
         NumericalError: if no start has a finite cost.
     """
-    tracker = _Tracker(objective, len(starts) + evaluations, progress)
+    limit = len(starts) + evaluations
+    tracker = _Tracker(objective, limit, progress)
     for start in starts:
-        tracker.evaluate(start)
+        evaluation = tracker.evaluate(start)
+        if evaluation is not None and race and len(starts) > 1:
+            tracker.limit = min(tracker.evaluations + race, limit)
+            _improve(tracker, evaluation, optimiser)
+            tracker.limit = limit
     if tracker.best is None:
         raise NumericalError(
             f"none of {len(starts)} starting policies has a finite predicted cost; start from the "
             'policy with zero parameters as well (starts: "zero")'
         )
-    if optimiser == "gauss_newton":
-        _gauss_newton(tracker, tracker.best)
-    else:
-        _quasi_newton(tracker, tracker.best, optimiser)
+    _improve(tracker, tracker.best, optimiser)
     return SearchResult(tracker.best.policy, tracker.best.value, tracker.evaluations)
+
+
+def _improve(tracker: _Tracker, start: Evaluation, optimiser: str) -> None:
+    """Search on from a start until the tracker's evaluations are used up or nothing is gained."""
+    if optimiser == "gauss_newton":
+        _gauss_newton(tracker, start)
+    else:
+        _quasi_newton(tracker, start, optimiser)
 
 
 def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
