@@ -16,12 +16,13 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.gaussian import Array, Moments, Pullback, symmetric
 from irlpilco_ros.learning.output_moments import OutputMoments, output_moments
-from irlpilco_ros.learning.pair_moments import all_pairs
+from irlpilco_ros.learning.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
@@ -66,56 +67,81 @@ def match_moments(
     """
     _check_input(prior_mean, mean, covariance, method)
     covariance = symmetric(covariance)
+    pairs = None
     with one_blas_thread():
         displacements = Displacements.of(posterior.points, mean)
         outputs = _all_outputs(posterior, displacements, covariance, gradient, threads)
-        pairs = None
         if method == "exact":
             pairs = all_pairs(
                 posterior, displacements, covariance, outputs.groups, gradient, threads
             )
-    spread = outputs.jacobian @ covariance
-    explained = spread @ outputs.jacobian.T
-    floor = _SMALLEST_REMAINDER * posterior.signal_variance
-    unexplained = outputs.variance - np.diagonal(explained)
-    above = unexplained > floor
-    diagonal = np.where(above, unexplained, floor)
-    remainder = np.diag(diagonal)
-    if pairs is not None:
-        remainder = _definite(pairs.covariance - explained, diagonal, posterior)
+    remainder, above = _remainder(posterior, outputs, pairs, covariance)
     jacobian = outputs.jacobian + prior_mean
     moments = Moments(
         mean=outputs.mean + prior_mean @ mean,
         covariance=symmetric(jacobian @ covariance @ jacobian.T + remainder),
         jacobian=jacobian,
     )
-    if not gradient:
-        return moments, None
+    matched = _Matched(outputs, pairs, prior_mean, covariance, above)
+    return moments, matched.pullback if gradient else None
+
+
+@dataclass(frozen=True)
+class _Matched:
+    """What the pullback needs of a prediction.
+
+    Attributes:
+        outputs: The single outputs.
+        pairs: Their exact covariances; None for `first_order`.
+        prior_mean: A, of shape (E, P).
+        covariance: S, of shape (P, P).
+        above: Where the diagonal of R is not at its floor, of shape (E,).
+    """
+
+    outputs: _Outputs
+    pairs: PairMoments | None
+    prior_mean: Array
+    covariance: Array
+    above: NDArray[np.bool_]
 
     def pullback(
-        mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
+        self, mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
     ) -> tuple[Array, Array]:
-        bar = symmetric(covariance_bar)
+        """Pull derivatives by mean (E,), covariance (E, E) and Jacobian (E, P) back to m and S."""
+        bar, own = symmetric(covariance_bar), self.outputs.jacobian
+        jacobian = own + self.prior_mean
         # Through (A + V) S (A + V)'.
-        jacobian_total = jacobian_bar + 2.0 * bar @ jacobian @ covariance
+        jacobian_total = jacobian_bar + 2.0 * bar @ jacobian @ self.covariance
         s_bar = jacobian.T @ bar @ jacobian
         # Through R: variances and pairs, minus what V S V' has taken away from them.
-        variance_bar = np.where(above, np.diagonal(bar), 0.0)
+        variance_bar = np.where(self.above, np.diagonal(bar), 0.0)
         taken = np.diag(variance_bar)
-        if pairs is not None:
+        if self.pairs is not None:
             taken = bar - np.diag(np.diagonal(bar) - variance_bar)
-        jacobian_total = jacobian_total - 2.0 * taken @ spread
-        s_bar = s_bar - outputs.jacobian.T @ taken @ outputs.jacobian
+        jacobian_total = jacobian_total - 2.0 * taken @ own @ self.covariance
+        s_bar = s_bar - own.T @ taken @ own
         with one_blas_thread():
-            m_part, s_part = _pull_outputs(outputs, mean_bar, jacobian_total, variance_bar)
-        m_bar = prior_mean.T @ mean_bar + m_part
+            m_part, s_part = _pull_outputs(self.outputs, mean_bar, jacobian_total, variance_bar)
+        m_bar = self.prior_mean.T @ mean_bar + m_part
         s_bar = s_bar + s_part
-        if pairs is not None:
-            m_part, s_part = pairs.pullback(bar)
+        if self.pairs is not None:
+            m_part, s_part = self.pairs.pullback(bar)
             m_bar, s_bar = m_bar + m_part, s_bar + s_part
         return m_bar, symmetric(s_bar)
 
-    return moments, pullback
+
+def _remainder(
+    posterior: Posterior, outputs: _Outputs, pairs: PairMoments | None, covariance: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return R (E, E), and where its diagonal is above what rounding can leave (E,)."""
+    explained = outputs.jacobian @ covariance @ outputs.jacobian.T
+    floor = _SMALLEST_REMAINDER * posterior.signal_variance
+    unexplained = outputs.variance - np.diagonal(explained)
+    above = unexplained > floor
+    diagonal = np.where(above, unexplained, floor)
+    if pairs is None:
+        return np.diag(diagonal), above
+    return _definite(pairs.covariance - explained, diagonal, posterior), above
 
 
 def _all_outputs(

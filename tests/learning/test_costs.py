@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from block_checks import assert_close, golden_cases, random_gaussian, slope
@@ -112,6 +114,31 @@ def test_saturating_variance_and_covariance_agree_with_the_original():
         np.testing.assert_allclose(mean_bar, expected["C"].ravel(), rtol=1e-8)
 
 
+def test_derivatives_of_the_saturating_variance_agree_with_the_original():
+    for _, given, expected in golden_cases("lossSat"):
+        state, z = Gaussian(given["m"].ravel(), given["S"]), given["z"].ravel()
+        W = 0.5 * (given["W"] + given["W"].T)
+        value, *slopes = saturating_loss(state, z, W)
+        _, *twice = saturating_loss(state, z, 2.0 * W)
+        by_mean, by_spread = (2 * (1 - value) * a - b for a, b in zip(slopes, twice, strict=True))
+        np.testing.assert_allclose(by_mean, expected["dVdm"].ravel(), rtol=1e-6, atol=1e-9)
+        wanted = expected["dVds"].reshape(W.shape)
+        np.testing.assert_allclose(by_spread, 0.5 * (wanted + wanted.T), rtol=1e-6, atol=1e-9)
+
+
+def test_quadratic_covariance_agrees_with_the_original():
+    """By Stein's lemma cov(x, loss) = S E[d loss / dx], which is the derivative by the mean."""
+    for _, given, expected in golden_cases("lossQuad"):
+        W = 0.5 * (given["W"] + given["W"].T)
+        state, z = Gaussian(given["m"].ravel(), given["S"]), given["z"].ravel()
+        _, mean_bar, _ = quadratic_loss(state, z, W)
+        np.testing.assert_allclose(mean_bar, expected["C"].ravel(), rtol=1e-8)
+        # The variance of a quadratic form, from the same derivatives.
+        variance = 2.0 * np.trace(W @ state.covariance @ W @ state.covariance)
+        variance += mean_bar @ state.covariance @ mean_bar
+        assert variance == pytest.approx(expected["VarL"].item(), rel=1e-8)
+
+
 def test_cart_pole_loss_agrees_with_the_original():
     """Squared distance of the pole's tip from upright, over (x, sin, cos), saturating."""
     ((_, given, expected),) = golden_cases("losscp")
@@ -121,6 +148,10 @@ def test_cart_pole_loss_agrees_with_the_original():
     means = np.stack([given["m"].ravel()] * 2)
     found = cost.evaluate(means, np.stack([given["S"]] * 2))
     assert found.value == pytest.approx(expected["L"].item(), rel=1e-8)
+    twice = replace(cost, precision=2.0 * cost.precision)
+    doubled = twice.evaluate(means, np.stack([given["S"]] * 2)).value
+    variance = (1.0 - doubled) - (1.0 - found.value) ** 2
+    assert variance == pytest.approx(expected["VarL"].item(), rel=1e-6)
     np.testing.assert_allclose(found.means_bar[1], expected["dLdm"].ravel(), rtol=1e-7, atol=1e-9)
     wanted = expected["dLds"].reshape(4, 4)
     np.testing.assert_allclose(

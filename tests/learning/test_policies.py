@@ -14,7 +14,7 @@ from block_checks import (
 )
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.gaussian import Gaussian, Moments
 from irlpilco_ros.learning.policies import (
     KINDS,
     LinearPhasePolicy,
@@ -24,6 +24,8 @@ from irlpilco_ros.learning.policies import (
     from_arrays,
 )
 from irlpilco_ros.learning.policies.linear_phase import phase_features
+from irlpilco_ros.learning.policies.rbf import RIDGE, VARIANCE_FLOOR
+from irlpilco_ros.learning.radial_basis import bumps_moments, fit_bumps
 
 D, F, H = 4, 2, 6
 LIMIT = np.array([1.5, 0.4])
@@ -212,3 +214,33 @@ def test_rbf_agrees_with_the_original(case, given, expected):
     np.testing.assert_allclose(
         pullback(*bars)[2], wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max()
     )
+
+
+@pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("conlin")))
+def test_linear_before_squashing_agrees_with_the_original(case, given, expected):
+    """A limit so wide that nothing is squashed: limit * squash(v / limit) is v at its middle."""
+    wide = 1e6
+    weights, bias = given["w"] / wide, given["b"].ravel() / wide
+    limit = np.full(len(bias), wide / 1.5)  # the slope of the squashing at 0 is 1.5
+    policy = LinearPolicy(weights, bias, limit)
+    moments, pullback = policy.moments(Gaussian(given["m"].ravel(), given["S"]), 0)
+    check_golden_block(moments, pullback, expected, "", tolerance=1e-6)
+
+
+@pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("congp")))
+def test_rbf_before_squashing_agrees_with_the_original(case, given, expected):
+    size, outputs = given["centers"].shape[1], given["targets"].shape[1]
+    bumps, pull_fit = fit_bumps(
+        given["centers"], given["targets"], given["hyp"][:size].T.copy(), RIDGE
+    )
+    raw, pull = bumps_moments(bumps, Gaussian(given["m"].ravel(), given["S"]))
+    covariance = raw.covariance + VARIANCE_FLOOR * np.eye(outputs)
+    bars = check_golden_block(
+        Moments(raw.mean, covariance, raw.jacobian), pull, expected, "", tolerance=1e-6
+    )
+    centres_bar, targets_bar, widths_bar = pull_fit(pull(*bars)[2])
+    fixed = np.zeros((2, outputs))
+    found = [np.vstack([widths_bar.T, fixed]), centres_bar, targets_bar]
+    found = np.concatenate([part.ravel(order="F") for part in found])
+    wanted = reference_bars(expected, bars, "", "p")
+    np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())

@@ -3,7 +3,7 @@ import pytest
 from block_checks import assert_close, golden_cases, random_gaussian, slope
 from toy_models import toy_model
 
-from irlpilco_ros.learning.costs import FeatureMatching, StateCost
+from irlpilco_ros.learning.costs import FeatureMatching, StateCost, saturating_loss
 from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
@@ -11,7 +11,7 @@ from irlpilco_ros.learning.gaussian import Gaussian
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.objective import Objective
 from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, RbfPolicy
-from irlpilco_ros.learning.predicted_trajectory import predict_trajectory
+from irlpilco_ros.learning.predicted_trajectory import predict_step, predict_trajectory
 from irlpilco_ros.learning.squashing import squash
 from irlpilco_ros.learning.state_layout import StateLayout
 
@@ -50,6 +50,16 @@ def original_problem(given):
     return Objective(model, start, horizon, layout, cost, "exact"), policy
 
 
+def free(policy):
+    """Return which of the original's parameters are not fixed: its RBF has two widths too many."""
+    if isinstance(policy, LinearPolicy):
+        return np.full(policy.parameters.size, True)
+    outputs, inputs = policy.targets.shape[1], policy.state_size
+    widths = np.repeat([[True], [False]], [inputs, 2], axis=0).repeat(outputs, axis=1)
+    rest = np.full(policy.centres.size + policy.targets.size, True)
+    return np.concatenate([widths.ravel(order="F"), rest])
+
+
 def original_gradient(gradient, policy):
     """Return our gradient in the original's order: fields by name, each column by column."""
     if isinstance(policy, LinearPolicy):
@@ -85,6 +95,46 @@ def test_trajectory_and_gradient_agree_with_the_original(case, given, expected):
     wanted = expected["dJdtheta"].ravel()
     exactness = 1e-3 if case == "traj_rbf_04" else 1e-5  # its gram matrix is ill-conditioned
     np.testing.assert_allclose(gradient, wanted, atol=exactness * np.abs(wanted).max())
+    differences = expected["dJdtheta_fd"].ravel()
+    np.testing.assert_allclose(gradient, differences, atol=1e-3 * np.abs(wanted).max())
+    assert evaluation.value == pytest.approx(expected["J_nograd"].item(), rel=tolerance)
+    np.testing.assert_array_equal(
+        original_gradient(policy.parameters, policy)[free(policy)],
+        expected["theta"].ravel()[free(policy)],
+    )
+
+
+@pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("traj")))
+def test_cost_of_every_state_agrees_with_the_original(case, given, expected):
+    W = 0.5 * (given["W"] + given["W"].T)
+    states = zip(expected["M"].T, np.moveaxis(expected["Sigma"], 2, 0), strict=True)
+    losses = [saturating_loss(Gaussian(m, S), given["z"].ravel(), W)[0] for m, S in states]
+    np.testing.assert_allclose(losses, expected["cost"].ravel(), rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("traj")))
+def test_one_step_and_its_derivatives_agree_with_the_original(case, given, expected):
+    objective, policy = original_problem(given)
+    step = predict_step(
+        objective.model, policy, objective.start, 0, objective.layout, objective.covariance
+    )
+    tolerance = 1e-6 if "rbf" in case else 1e-8
+    scale = np.abs(expected["step_S"]).max()
+    np.testing.assert_allclose(step.state.mean, expected["step_m"].ravel(), atol=tolerance)
+    np.testing.assert_allclose(step.state.covariance, expected["step_S"], atol=tolerance * scale)
+    rng, size = np.random.default_rng(0), len(step.state.mean)
+    mean_bar, covariance_bar = rng.standard_normal(size), rng.standard_normal((size, size))
+    covariance_bar = covariance_bar + covariance_bar.T
+    found = list(step.pullback(mean_bar, covariance_bar))
+    found[2] = original_gradient(found[2], policy)
+    for value, argument in zip(found, "msp", strict=True):
+        wanted = expected[f"dMd{argument}"].T @ mean_bar
+        wanted = wanted + expected[f"dSd{argument}"].T @ covariance_bar.ravel(order="F")
+        if argument == "s":
+            wanted = wanted.reshape(size, size)
+            wanted = 0.5 * (wanted + wanted.T)
+        exactness = 1e-3 if case == "traj_rbf_04" and argument == "p" else max(tolerance, 1e-7)
+        np.testing.assert_allclose(value, wanted, atol=exactness * np.abs(wanted).max())
 
 
 def toy_objective(method, policy_kind):
