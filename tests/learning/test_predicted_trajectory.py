@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 from block_checks import assert_close, golden_cases, random_gaussian, slope
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from toy_models import toy_model
 
 from irlpilco_ros.learning.costs import FeatureMatching, StateCost, saturating_loss
@@ -12,6 +14,7 @@ from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.objective import Objective
 from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, RbfPolicy
 from irlpilco_ros.learning.predicted_trajectory import predict_step, predict_trajectory
+from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.squashing import squash
 from irlpilco_ros.learning.state_layout import StateLayout
 
@@ -227,3 +230,55 @@ def test_a_model_that_returns_nonsense_is_reported():
 
     with pytest.raises(NumericalError, match="step 1 of 4"):
         predict_trajectory(Nonsense(), policy, objective.start, 4, objective.layout)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 10_000),
+    joints=st.integers(1, 3),
+    horizon=st.integers(1, 4),
+    points=st.integers(1, 20),
+    log_lengthscale=st.floats(-5.0, 6.0),
+    log_spread=st.one_of(st.just(-np.inf), st.floats(-15.0, 3.0)),
+    log_gain=st.floats(-5.0, 4.0),
+    kind=st.sampled_from(["linear", "linear_phase", "rbf"]),
+    method=st.sampled_from(["first_order", "exact"]),
+)
+def test_never_a_bad_number(
+    seed, joints, horizon, points, log_lengthscale, log_spread, log_gain, kind, method
+):
+    """From one joint and one step to a start spread far wider than the data."""
+    rng, size = np.random.default_rng(seed), 2 * joints
+    inputs = rng.standard_normal((points, size + joints))
+    inputs[points // 2 :] = inputs[: points - points // 2]
+    hyperparameters = Hyperparameters(
+        np.full((size, size + joints), log_lengthscale), np.full(size, -1.0), np.full(size, -5.0)
+    )
+    targets = 0.1 * rng.standard_normal((points, size))
+    model = DynamicsModel.condition(
+        inputs, targets, hyperparameters, velocity_prior(joints, 0.5) if seed % 2 else None
+    )
+    gain, limit = np.exp(log_gain), np.ones(joints)
+    policy = {
+        "linear": LinearPolicy(rng.standard_normal((joints, size)), np.zeros(joints), limit),
+        "linear_phase": LinearPhasePolicy(
+            rng.standard_normal((joints, size)), rng.standard_normal((joints, 2)), horizon, limit
+        ),
+        "rbf": RbfPolicy(
+            rng.standard_normal((4, size)),
+            rng.standard_normal((4, joints)),
+            np.zeros((1, size)),
+            limit,
+        ),
+    }[kind]
+    policy = policy.with_parameters(gain * policy.parameters)
+    root = np.exp(log_spread) * rng.standard_normal((size, size))
+    start = Gaussian(rng.standard_normal(size), root @ root.T)
+    cost = FeatureMatching(JointPositions(joints), np.zeros((horizon + 1, joints)), np.ones(joints))
+    evaluation = Objective(model, start, horizon, StateLayout(size), cost, method).evaluate(policy)
+    assert np.isfinite(evaluation.value)
+    assert np.isfinite(evaluation.gradient()).all()
+    assert np.isfinite(evaluation.curvature()).all()
+    for covariance in evaluation.trajectory.covariances:
+        values = np.linalg.eigvalsh(covariance)
+        assert values.min() >= -1e-9 * max(values.max(), 1e-300)
