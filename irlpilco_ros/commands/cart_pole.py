@@ -22,7 +22,6 @@ examples:
 """
 
 METHODS = ("feature_matching", "feature_expectations")
-EXPERT_TRIALS = 8
 
 
 def add_parser(subparsers: Any) -> None:
@@ -38,6 +37,13 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--first-seed", type=int, default=0, metavar="S", help="(default: 0)")
     parser.add_argument(
         "--iterations", type=int, default=15, metavar="N", help="of imitation (default: 15)"
+    )
+    parser.add_argument(
+        "--expert-trials",
+        type=int,
+        default=8,
+        metavar="N",
+        help="after which an expert gives up (default: 8)",
     )
     parser.add_argument(
         "--methods",
@@ -84,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
         with ProgressDisplay(f"expert, seed {seed}") as display:
             runs.expert[seed] = cart_pole_runs.run_expert(
-                out / "expert" / f"seed_{seed:02d}", seed, EXPERT_TRIALS, display.update
+                out / "expert" / f"seed_{seed:02d}", seed, arguments.expert_trials, display.update
             )
         print(cart_pole_page.expert_line(seed, runs.expert[seed]), flush=True)
         for method in arguments.methods:

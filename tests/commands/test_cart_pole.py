@@ -1,0 +1,87 @@
+"""The cart-pole chapter in small: one seed, two iterations, and again without doing it again."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from irlpilco_ros import cli
+from irlpilco_ros.commands import cart_pole_runs
+from irlpilco_ros.commands.cart_pole_runs import TrialRecord
+from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.resources import config_file, recording
+from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def chapter(tmp_path_factory):
+    """Run the chapter once and return its folder, and the arguments that run it again."""
+    folder = tmp_path_factory.mktemp("chapter")
+    shipped = config_file("swing_up.yaml").read_text()
+    lines = [line for line in shipped.splitlines() if "evaluations" not in line]
+    settings = folder / "settings.yaml"
+    settings.write_text("\n".join(line for line in lines if "race" not in line))
+    settings.write_text(settings.read_text() + "\n    evaluations: 6\n    race: 0\n")
+    out = folder / "out"
+    arguments = ["cart-pole", "--seeds", "1", "--iterations", "2", "--expert-trials", "2"]
+    arguments += ["--settings", str(settings), "--out", str(out)]
+    assert cli.main(arguments) == 0
+    return out, arguments
+
+
+def test_the_page_has_the_table_and_the_figures(chapter):
+    out, _ = chapter
+    page = (out / "index.md").read_text()
+    assert "expert (classical PILCO) | 1 |" in page
+    for name in ("feature_matching", "feature_expectations"):
+        assert f"| {name.replace('_', ' ')}, 2 iterations | 1 |" in page
+        with Image.open(out / f"{name}.png") as picture:
+            assert picture.size[0] > 1000
+        with Image.open(out / f"{name}.gif") as film:
+            assert film.n_frames > 90
+    assert (out / "errors.png").exists()
+
+
+def test_the_numbers_are_those_of_the_trials(chapter):
+    out, _ = chapter
+    rows = list(csv.DictReader((out / "results.csv").open()))
+    assert [row["iteration"] for row in rows if row["method"] == "feature_matching"] == list("012")
+    demonstration = read_bag(recording("cart_pole/expert")).rollout(CART_POLE_JOINTS, 25)
+    record = TrialRecord.read(out / "feature_matching/seed_00/trial_002.npz")
+    difference = record.rollout.states[1:, 1] - demonstration.states[1:, 1]
+    row = [row for row in rows if row["method"] == "feature_matching"][2]
+    assert float(row["theta_rms_rad"]) == pytest.approx(np.sqrt(np.mean(difference**2)), abs=1e-4)
+    assert row["held"] == str(record.held)
+    assert json.loads((out / "results.json").read_text())["expert"]["seeds"] == 1
+
+
+def test_what_is_done_is_not_done_again_and_an_interrupted_run_goes_on(chapter, monkeypatch):
+    out, arguments = chapter
+    last = out / "feature_matching/seed_00/trial_002.npz"
+    before = TrialRecord.read(last)
+    last.unlink()  # as if killed before the second trial was over
+    monkeypatch.setattr(cart_pole_runs, "improve", None)  # the expert must not learn again
+    assert cli.main(arguments) == 0
+    again = TrialRecord.read(last)
+    np.testing.assert_array_equal(again.rollout.states, before.rollout.states)
+    np.testing.assert_array_equal(again.rollout.controls, before.rollout.controls)
+
+
+def test_the_demonstration_is_a_held_swing_up_and_its_commands_are_not_looked_at():
+    demonstration = read_bag(recording("cart_pole/expert")).rollout(CART_POLE_JOINTS, 25)
+    assert TrialRecord(demonstration, 0.0, {}).held
+    task = cart_pole_runs.imitation_task(demonstration)
+    assert not task.tells_controls
+
+
+def test_the_cost_of_the_expert_is_zero_at_the_goal_only():
+    task = cart_pole_runs.expert_task()
+    states = np.zeros((2, 4))
+    states[1, 1] = np.pi
+    spread = np.zeros((2, 4, 4))
+    assert task.cost.evaluate(states, spread).value == pytest.approx(0.0, abs=1e-12)
+    assert task.cost.evaluate(np.zeros((2, 4)), spread).value == pytest.approx(1.0, abs=1e-3)
