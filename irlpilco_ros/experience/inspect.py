@@ -13,6 +13,7 @@ from irlpilco_ros.experience.bag_reader import Recording, read_recording, trajec
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
 from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.learning.joints import Joints
 
 
 def inspect(path: Path) -> str:
@@ -71,10 +72,17 @@ def _samples(samples: Trajectory) -> list[str]:
 def _content(samples: Trajectory) -> str:
     kind = "trial" if samples.commanded.any() else "demonstration"
     try:
-        steps = samples.rollout(samples.joint_names).steps
+        steps = samples.rollout(_roles(samples)).steps
     except BagError as error:
         return f"no whole {kind}: {error}"
     return f"{kind} of {steps} control periods"
+
+
+def _roles(samples: Trajectory) -> Joints:
+    """Return the joints; those that no command ever named are passive."""
+    silent = np.isnan(samples.commands).all(axis=0)
+    passive = () if silent.all() else tuple(np.array(samples.joint_names)[silent].tolist())
+    return Joints(samples.joint_names, passive)
 
 
 def _joints(samples: Trajectory) -> list[str]:

@@ -97,11 +97,10 @@ def fitted_policy(task: Task, settings: LearningSettings, controls: Array) -> Po
     return LinearPolicy(weights, wanted.mean(axis=0) - weights @ centre, zero.control_limit)
 
 
-def fit_policy(task: Task, settings: LearningSettings, states: Array, controls: Array) -> Policy:
-    """Return the policy that gives controls (n, F) at states (n, D), as well as it can.
-
-    Time is not among its inputs: a linear_phase policy gets no feed-forward.
-    """
+def fit_policy(
+    task: Task, settings: LearningSettings, steps: Array, states: Array, controls: Array
+) -> Policy:
+    """Return the policy that gives controls (n, F) at steps (n,) in states (n, D), nearly."""
     zero = zero_policy(task, settings)
     wanted = unsquash(controls, zero.control_limit)
     views = task.state_layout.policy_view(states)
@@ -112,10 +111,13 @@ def fit_policy(task: Task, settings: LearningSettings, states: Array, controls: 
         heights = _ridge(bumps, wanted, _BUMP_RIDGE)
         targets = (own + RIDGE * np.eye(len(own))) @ heights
         return RbfPolicy(zero.centres, targets, zero.log_widths, zero.control_limit)
+    if isinstance(zero, LinearPhasePolicy):
+        phases = [phase_features(int(t), settings.phase_count, task.horizon) for t in steps]
+        both = _ridge(np.hstack([views, np.stack(phases)]), wanted, _BUMP_RIDGE).T
+        weights, bumps = both[:, : views.shape[1]], both[:, views.shape[1] :]
+        return LinearPhasePolicy(weights, bumps, task.horizon, zero.control_limit)
     centre = views.mean(axis=0)
     weights = _ridge(views - centre, wanted - wanted.mean(axis=0), _RIDGE).T
-    if isinstance(zero, LinearPhasePolicy):
-        return LinearPhasePolicy(weights, zero.phase_weights, task.horizon, zero.control_limit)
     return LinearPolicy(weights, wanted.mean(axis=0) - weights @ centre, zero.control_limit)
 
 

@@ -57,6 +57,7 @@ def inverse_policy(task: Task, settings: LearningSettings, model: DynamicsModel)
     return fit_policy(
         task,
         settings,
+        np.tile(np.arange(len(states)), _NEIGHBOURS),
         (states + deviations).reshape(shape),
         np.clip(controls, -limit, limit).reshape(-1, len(limit)),
     )

@@ -1,6 +1,7 @@
 """The cart-pole chapter in small: one seed, two iterations, and again without doing it again."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -29,7 +30,10 @@ def chapter(tmp_path_factory):
     out = folder / "out"
     arguments = ["cart-pole", "--seeds", "1", "--iterations", "2", "--expert-trials", "2"]
     arguments += ["--settings", str(settings), "--out", str(out)]
-    assert cli.main(arguments) == 0
+    quick = dataclasses.replace(cart_pole_runs.EXPERT_SETTINGS, evaluations=6)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cart_pole_runs, "EXPERT_SETTINGS", quick)
+        assert cli.main(arguments) == 0
     return out, arguments
 
 

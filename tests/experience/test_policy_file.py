@@ -14,6 +14,8 @@ from irlpilco_ros.experience.policy_file import (
 )
 from irlpilco_ros.learning import policies
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.policies import RbfPolicy
 
 JOINTS = ("left", "right", "waist")
 random = np.random.default_rng(3)
@@ -111,3 +113,21 @@ def test_a_missing_field_and_a_missing_file_are_named(tmp_path):
         read_policy_file(tmp_path / "none.yaml")
     with pytest.raises(InvalidSettingError, match="does not fit 2 joints"):
         policy_to_parameters(example("linear"), JOINTS[:2])
+
+
+def test_a_policy_of_passive_and_turning_joints_survives(tmp_path):
+    joints = Joints(("cart", "pole"), passive=("pole",), turning=("pole",))
+    rng = np.random.default_rng(0)
+    own = RbfPolicy(
+        rng.standard_normal((6, 5)), rng.standard_normal((6, 1)), np.zeros((1, 5)), np.array([10.0])
+    )
+    parameters = policy_to_parameters(own, joints)
+    assert parameters["policy.turning_joints"] == ["pole"]
+    assert same(policy_from_parameters(parameters)[0], own)
+    path = tmp_path / "policy.yaml"
+    write_policy_file(path, own, joints)
+    again, of = read_policy_file(path)
+    assert same(again, own)
+    assert of == joints
+    with pytest.raises(InvalidSettingError, match="expected 2 controls and 4 states"):
+        policy_to_parameters(own, joints.names)

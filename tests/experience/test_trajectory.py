@@ -8,6 +8,7 @@ from example_trajectories import JOINTS, demonstration, trial
 
 from irlpilco_ros.experience.errors import BagError, IncompleteTrialError
 from irlpilco_ros.experience.trajectory import Trajectory, missing_in
+from irlpilco_ros.learning.joints import Joints
 
 
 def cut(trajectory: Trajectory, keep) -> Trajectory:
@@ -97,3 +98,18 @@ def test_missing_in_counts_what_gaps_could_have_held():
     assert missing_in(np.array([0.0, 0.51, 1.0, 1.49])) == 0
     assert missing_in(np.array([0.0, 0.5, 1.0, 3.0, 3.5])) == 3
     assert missing_in(np.array([0.0, 5.0])) == 0
+
+
+def test_a_trial_of_a_robot_with_a_passive_joint():
+    joints = Joints(("cart", "pole"), passive=("pole",))
+    nan = float("nan")
+    trial = Trajectory(
+        joint_names=("cart", "pole"),
+        stamps=[0.0, 0.1, 0.2],
+        positions=np.arange(6.0).reshape(3, 2),
+        velocities=np.zeros((3, 2)),
+        commands=[[1.0, nan], [2.0, nan], [0.0, nan]],
+    )
+    rollout = trial.rollout(joints, 2)
+    np.testing.assert_array_equal(rollout.controls, [[1.0], [2.0]])
+    assert rollout.states.shape == (3, 4)

@@ -120,3 +120,15 @@ def test_no_finite_start_is_an_error_that_says_what_to_do():
     broken = Objective(Sometimes(problem.model, 0), problem.start, 5, problem.layout, problem.cost)
     with pytest.raises(NumericalError, match="zero"):
         search_policy(broken, [policy()], "gauss_newton", 5)
+
+
+def test_a_race_improves_every_start_before_the_best_goes_on():
+    problem = objective()
+    starts = [policy(), policy(3)]
+    found = search_policy(problem, starts, "bfgs", 30, race=8)
+    assert found.evaluations <= 32
+    costs = [search_policy(problem, [start], "bfgs", 7).cost for start in starts]
+    assert found.cost <= min(costs)
+    best = min(starts, key=lambda start: problem.evaluate(start).value)
+    plain = search_policy(problem, starts, "bfgs", 0)
+    assert plain.cost == pytest.approx(problem.evaluate(best).value, rel=1e-12)
