@@ -10,6 +10,9 @@ from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import RenderingError
 
 _FRAME = 1.0 / 30.0  # [s] between two pictures
+_LOOK_AT = (0.5, 0.0, 0.1)  # [m], above the middle of the table
+_DISTANCE = 2.2  # [m]
+_AZIMUTH, _ELEVATION = 180.0, -25.0  # [deg]: from the front, somewhat from above
 
 
 class Viewer:
@@ -29,11 +32,17 @@ class Viewer:
         import mujoco.viewer  # slow, and of no use without a display
 
         try:
-            self._handle: Any = mujoco.viewer.launch_passive(simulation.model, simulation.data)
+            self._handle: Any = mujoco.viewer.launch_passive(
+                simulation.model, simulation.data, show_left_ui=False, show_right_ui=False
+            )
         except Exception as error:
             raise RenderingError(
                 f"cannot open a window on the display: {error}; set the parameter viewer to false"
             ) from error
+        with self._handle.lock():
+            self._handle.cam.lookat[:] = _LOOK_AT
+            self._handle.cam.distance = _DISTANCE
+            self._handle.cam.azimuth, self._handle.cam.elevation = _AZIMUTH, _ELEVATION
         self._next_frame = time.monotonic()
 
     def update(self) -> None:
