@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ import pytest
 
 from irlpilco_ros.cli import COMMANDS, build_parser, main
 
-NAMES = [command.__name__.rpartition(".")[2] for command in COMMANDS]
+NAMES = [command.__name__.rpartition(".")[2].replace("_", "-") for command in COMMANDS]
 
 
 def help_page(capsys, *words):
@@ -21,8 +22,8 @@ def help_page(capsys, *words):
 
 def test_the_first_page_lists_every_command(capsys):
     page = help_page(capsys)
-    assert NAMES == ["demo", "learn", "train", "report", "inspect", "recover"]
-    assert all(f"\n    {name} " in page for name in NAMES)
+    assert NAMES == ["demo", "learn", "train", "report", "inspect", "recover", "cart-pole"]
+    assert all(re.search(rf"\n    {name}\s", page) for name in NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)

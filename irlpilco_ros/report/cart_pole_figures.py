@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
@@ -105,6 +106,7 @@ def errors_figure(errors: Mapping[str, Sequence[Sequence[float]]]) -> Figure:
                 label=method,
             )
         axes.set_yscale("log")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("iteration")
         axes.set_ylabel("error (6.1)")
         axes.set_title("Distance from the expert: median and every seed")
