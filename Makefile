@@ -43,6 +43,9 @@ format: $(READY)  ## let ruff rewrite what it can
 benchmark: $(READY)  ## measure the speed of the parts
 	$(BIN)/python -m benchmarks $(ARGS)
 
+results: $(READY)  ## measure what docs/results.md says; hours, resumable (ARGS="--processes 2")
+	$(BIN)/irlpilco study baxter --document docs/results.md $(ARGS)
+
 docs: $(READY)  ## write msgs_docs/parameters.md from the code
 	$(BIN)/python tools/parameter_tables.py
 
@@ -61,4 +64,4 @@ $(OLDEST)/.ready: requirements/oldest.lock setup.py setup.cfg tools/set_up.sh
 	@tools/set_up.sh $(OLDEST) requirements/oldest.lock
 	@touch $@
 
-.PHONY: help demo test test-oldest lint format benchmark docs lock clean
+.PHONY: help demo test test-oldest lint format benchmark results docs lock clean

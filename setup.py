@@ -27,6 +27,7 @@ setup(
     ],
     # rclpy and the messages come from a ROS 2 that is installed, or from requirements/.
     install_requires=[
+        "joblib>=1.4",
         "matplotlib",
         "mcap>=1.2",
         "mujoco>=4.0",
@@ -37,6 +38,7 @@ setup(
         "threadpoolctl>=3",
         "tqdm",
     ],
+    extras_require={"dask": ["distributed"]},  # irlpilco study --dask
     entry_points={"console_scripts": [f"irlpilco = {NAME}.cli:main"]},
     zip_safe=False,
 )

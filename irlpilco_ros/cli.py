@@ -9,10 +9,10 @@ import sys
 from collections.abc import Sequence
 from types import FrameType
 
-from irlpilco_ros.commands import cart_pole, demo, inspect, learn, recover, report, train
+from irlpilco_ros.commands import cart_pole, demo, inspect, learn, recover, report, study, train
 from irlpilco_ros.learning.errors import IrlPilcoError
 
-COMMANDS = (demo, learn, train, report, inspect, recover, cart_pole)
+COMMANDS = (demo, learn, train, report, inspect, recover, cart_pole, study)
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""

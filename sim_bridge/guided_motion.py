@@ -14,6 +14,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 Vector = NDArray[np.float64]
 
 SWEEP = Path(__file__).parent / "demonstrations" / "sweep.yaml"
+WIPE = SWEEP.with_name("wipe.yaml")
 _CORNER = 0.03  # [s]: corners are rounded over twice this time
 
 

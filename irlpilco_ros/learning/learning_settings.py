@@ -63,9 +63,9 @@ class LearningSettings:
         choices=("last", "zero", "initial", "random", "inverse"),
     )
     race: int = setting(
-        0,
-        "Evaluations in which each start is improved before the best goes on; 0: the best is "
-        "chosen as it stands.",
+        4,
+        "Evaluations for which each start of comparable cost is tried out before the best goes "
+        "on; 0: the start that costs least is improved.",
         minimum=0,
         maximum=100000,
     )
@@ -93,7 +93,7 @@ class LearningSettings:
         0.0, "The task counts as learned when the margin is at most this (epsilon).", minimum=0.0
     )
     velocity_limit_factor: float = setting(
-        1.5,
+        2.0,
         "Largest control of the policy, relative to the demonstration's largest speed.",
         minimum=1.0,
         maximum=100.0,

@@ -30,6 +30,8 @@ class ModelInput:
         with_state: cov(x, input), shape (D, P).
         state_jacobian: E d input / d x, through the policy too, shape (P, D).
         control_sensitivity: Gives d (mean control) / d parameters, shape (F, p).
+        change_metric: Gives the policy's `change_metric` (p, p), if it knows one, with the state
+            spread by a standard deviation more.
         spread_curvature: From a price of control spread (F, F) to the curvature of its cost by
             the parameters (p, p); None if the policy does not know it.
     """
@@ -39,6 +41,7 @@ class ModelInput:
     with_state: Array
     state_jacobian: Array
     control_sensitivity: Callable[[], Array]
+    change_metric: Callable[[float], Array | None]
     spread_curvature: Callable[[Array], Array | None]
 
 
@@ -64,6 +67,7 @@ def model_input(
         np.hstack([extended.covariance[:size, known], with_control[:size]]),
         np.vstack([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
         lambda: policy.mean_sensitivity(view, t),
+        lambda spread: policy.change_metric(_spread_out(view, spread), t),
         lambda price: policy.spread_curvature(view, t, price),
     )
 
@@ -88,6 +92,11 @@ def model_input(
         return *pull_extended(extended_bar, symmetric(spread_bar)), parameters_bar
 
     return seen, pullback
+
+
+def _spread_out(state: Gaussian, deviation: float) -> Gaussian:
+    wider = state.covariance + deviation**2 * np.eye(len(state.mean))
+    return Gaussian(state.mean, wider)
 
 
 def extended_state(state: Gaussian, layout: StateLayout) -> tuple[Moments, ExtendPullback]:

@@ -18,6 +18,9 @@ from irlpilco_ros.learning.predicted_trajectory import (
 )
 from irlpilco_ros.learning.state_layout import StateLayout
 
+_MET_SPREAD = 0.05
+"""How far a policy's states are taken to stray from the predicted ones [rad, rad/s]."""
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -51,6 +54,10 @@ class Evaluation:
         curvature = root.T @ root
         spread = self.trajectory.spread_curvature(self._sweep[1])
         return curvature if spread is None else curvature + spread
+
+    def change_metric(self) -> Array | None:
+        """Return what changes of the parameters do to the controls, shape (p, p), or None."""
+        return self.trajectory.change_metric(_MET_SPREAD)
 
     @cached_property
     def _sweep(self) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -16,12 +17,14 @@ from irlpilco_ros.learning.policies import Policy
 SearchProgress = Callable[[float, int], None]
 """Called with the best cost and the number of evaluations so far; may raise to cancel."""
 
-_FIRST_DAMPING = 1e-3
+_FIRST_DAMPING = 3e-2
 _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-7, 1e9
 _PATIENCE = 3
 _SMALLEST_GAIN = 1e-3
 _HOPELESS = 1e30
 _FLAT = 1e-6
+_LIFT = 1e-7
+_RIVAL = 30.0  # a start that costs more than this times the cheapest one is not tried out
 
 
 @dataclass(frozen=True)
@@ -79,52 +82,79 @@ def search_policy(
 
     Args:
         objective: J(theta).
-        starts: Policies to start from; the one that costs least is improved.
+        starts: Policies to start from.
         optimiser: "gauss_newton", "bfgs" or "lbfgs".
-        evaluations: Largest number of evaluations, on top of one for each start.
+        evaluations: Largest number of evaluations, on top of one for each start and of the race.
         progress: Told the best cost and the number of evaluations after each of them.
-        race: Evaluations, of those, in which each of several starts is improved before the best
-            of them goes on; with 0 the best start is chosen as it stands.
+        race: Evaluations for which each start of comparable cost is tried out before the best of
+            them goes on; with 0 the cheapest start is improved.
 
     Raises:
         NumericalError: if no start has a finite cost.
     """
-    limit = len(starts) + evaluations
-    tracker = _Tracker(objective, limit, progress)
-    for start in starts:
-        evaluation = tracker.evaluate(start)
-        if evaluation is not None and race and len(starts) > 1:
-            tracker.limit = min(tracker.evaluations + race, limit)
-            _improve(tracker, evaluation, optimiser)
-            tracker.limit = limit
+    tracker = _Tracker(objective, len(starts) + evaluations, progress)
+    evaluated = [tracker.evaluate(start) for start in starts]
     if tracker.best is None:
         raise NumericalError(
             f"none of {len(starts)} starting policies has a finite predicted cost; start from the "
             'policy with zero parameters as well (starts: "zero")'
         )
-    _improve(tracker, tracker.best, optimiser)
+    best, damping = tracker.best, _FIRST_DAMPING
+    rivals = [each for each in evaluated if each is not None and each.value <= _RIVAL * best.value]
+    if race and len(rivals) > 1:
+        best, damping = _race(tracker, rivals, optimiser, race)
+    _improve(tracker, best, optimiser, damping)
     return SearchResult(tracker.best.policy, tracker.best.value, tracker.evaluations)
 
 
-def _improve(tracker: _Tracker, start: Evaluation, optimiser: str) -> None:
-    """Search on from a start until the tracker's evaluations are used up or nothing is gained."""
+def _race(
+    tracker: _Tracker, rivals: Sequence[Evaluation], optimiser: str, tries: int
+) -> tuple[Evaluation, float]:
+    """Try out every rival, and return where the best one led, with its damping.
+
+    The cheapest start is not always the best: the last policy may be saturated, so that no small
+    change improves it, where a policy that does nothing can still become anything.
+    """
+    limit = tracker.limit + tries * (len(rivals) - 1)
+    led = []
+    for rival in rivals:
+        tracker.limit = tracker.evaluations + tries
+        led.append(_improve(tracker, rival, optimiser, _FIRST_DAMPING))
+    tracker.limit = limit
+    return min(led, key=lambda end: end[0].value)
+
+
+def _improve(
+    tracker: _Tracker, start: Evaluation, optimiser: str, damping: float
+) -> tuple[Evaluation, float]:
+    """Search on from a start until the tracker's evaluations are used up or nothing is gained.
+
+    Returns:
+        The best evaluation that followed from this start, and the next damping.
+    """
     if optimiser == "gauss_newton":
-        _gauss_newton(tracker, start)
-    else:
-        _quasi_newton(tracker, start, optimiser)
+        return _gauss_newton(tracker, start, damping)
+    return _quasi_newton(tracker, start, optimiser), damping
 
 
-def _gauss_newton(tracker: _Tracker, current: Evaluation) -> None:
-    """Levenberg-Marquardt: the exact gradient, the curvature of means and gains."""
-    damping, patience = _FIRST_DAMPING, _PATIENCE
-    while patience > 0:
+def _gauss_newton(
+    tracker: _Tracker, current: Evaluation, damping: float
+) -> tuple[Evaluation, float]:
+    """Levenberg-Marquardt: the exact gradient, the curvature of means and gains.
+
+    Returns:
+        The best evaluation and the next damping.
+    """
+    patience = _PATIENCE
+    while patience > 0 and not tracker.exhausted:
         better, damping = _damped_descent(tracker, current, damping)
         if better is None:
-            return
+            break
         gain = current.value - better.value
         small = gain < _SMALLEST_GAIN * abs(current.value)
         patience = patience - 1 if small else _PATIENCE
         current = better
+    return current, damping
 
 
 def _damped_descent(
@@ -136,34 +166,61 @@ def _damped_descent(
         current.gradient(),
         current.curvature(),
     )
+    metric = _damping_metric(current, curvature)
     while not tracker.exhausted and damping <= _LARGEST_DAMPING:
-        step = _damped_step(curvature, gradient, damping)
+        step = _damped_step(curvature + damping * metric, gradient)
         if step is not None:
             candidate = tracker.evaluate(current.policy.with_parameters(theta - step))
             if candidate is not None and candidate.value < current.value:
-                return candidate, max(damping / 5.0, _SMALLEST_DAMPING)
-        damping *= 8.0
+                promised = float(gradient @ step - 0.5 * step @ curvature @ step)
+                kept = (current.value - candidate.value) / promised
+                return candidate, _next_damping(damping, kept)
+        damping *= 4.0
     return None, damping
 
 
-def _damped_step(curvature: Array, gradient: Array, damping: float) -> Array | None:
-    """Solve (C + d I) step = gradient, d being the damping times the mean curvature.
+def _damping_metric(current: Evaluation, curvature: Array) -> Array:
+    """Return what damping multiplies, as large as the curvature (equal traces).
 
-    None if that has no finite solution at this damping.
+    It limits how far a step changes the controls, wherever the policy knows that, rather than the
+    parameters: of these, many combinations hardly matter, and others a lot.
     """
-    damped = curvature.copy()
-    scale = float(np.trace(curvature)) / len(gradient)
-    damped[np.diag_indices_from(damped)] += damping * scale + 1e-12
+    metric = current.change_metric()
+    if metric is None:
+        metric = np.eye(len(curvature))
+    scaled: Array = metric * (float(np.trace(curvature)) / float(np.trace(metric)))
+    return scaled
+
+
+def _next_damping(damping: float, kept: float) -> float:
+    """Return the damping of the next step, given how much of its promise the last one kept."""
+    if kept > 0.75:
+        return max(damping / 5.0, _SMALLEST_DAMPING)
+    return damping if kept > 0.25 else 3.0 * damping
+
+
+def _damped_step(damped: Array, gradient: Array) -> Array | None:
+    """Solve damped step = gradient; None if that has no finite solution.
+
+    The lift is for directions that change nothing: no curvature, no gradient, no damping.
+    """
+    lifted = damped.copy()
+    lifted[np.diag_indices_from(lifted)] += _LIFT * float(np.trace(damped)) / len(gradient) + 1e-12
     try:
-        factor = linalg.cho_factor(damped, overwrite_a=True)
+        factor = linalg.cho_factor(lifted, overwrite_a=True)
         step: Array = linalg.cho_solve(factor, gradient)
     except (linalg.LinAlgError, ValueError):  # indefinite by rounding, or not finite
         return None
     return step if np.isfinite(step).all() else None
 
 
-def _quasi_newton(tracker: _Tracker, start: Evaluation, optimiser: str) -> None:
-    """BFGS (PILCO's way) or L-BFGS (the thesis's), which need the gradient alone."""
+def _quasi_newton(tracker: _Tracker, start: Evaluation, optimiser: str) -> Evaluation:
+    """BFGS (PILCO's way) or L-BFGS (the thesis's), which need the gradient alone.
+
+    Returns:
+        The best evaluation that followed from this start.
+    """
+    best = start
     limit = 10 * tracker.limit  # never the first to be reached
     options = {
         "bfgs": {"method": "BFGS", "options": {"maxiter": limit, "gtol": _FLAT}},
@@ -177,6 +234,7 @@ def _quasi_newton(tracker: _Tracker, start: Evaluation, optimiser: str) -> None:
         pass
 
     def objective(theta: Array) -> tuple[float, Array]:
+        nonlocal best
         if tracker.exhausted:
             raise _ExhaustedError
         if not np.isfinite(theta).all():
@@ -184,14 +242,10 @@ def _quasi_newton(tracker: _Tracker, start: Evaluation, optimiser: str) -> None:
         evaluation = tracker.evaluate(start.policy.with_parameters(theta))
         if evaluation is None:
             return _HOPELESS, np.zeros_like(theta)
+        if evaluation.value < best.value:
+            best = evaluation
         return evaluation.value, evaluation.gradient()
 
-    try:
-        optimize.minimize(
-            objective,
-            start.policy.parameters,
-            jac=True,
-            **options[optimiser],
-        )
-    except _ExhaustedError:
-        return
+    with contextlib.suppress(_ExhaustedError):
+        optimize.minimize(objective, start.policy.parameters, jac=True, **options[optimiser])
+    return best

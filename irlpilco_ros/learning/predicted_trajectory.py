@@ -130,6 +130,23 @@ class PredictedTrajectory:
             total = own if total is None else total + own
         return total
 
+    def change_metric(self, spread: float) -> Array | None:
+        """Return G (p, p): d'G d is what a change d of the parameters does to all controls.
+
+        The square of the change before squashing, expected over the predicted states, each spread
+        by a standard deviation more, and summed over the steps. None if the policy does not know.
+
+        Args:
+            spread: Standard deviation added to every state.
+        """
+        total: Array | None = None
+        for step in self.steps:
+            own = step.input.change_metric(spread)
+            if own is None:
+                return None
+            total = own if total is None else total + own
+        return total
+
 
 def predict_trajectory(
     model: Dynamics,

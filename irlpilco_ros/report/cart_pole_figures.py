@@ -73,9 +73,7 @@ def _draw(axes: Axes, times: Array, expert: Array, trial: Shown, state: int) -> 
         means, covariances = trial.prediction
         mean = means[:, state]
         reach = 2.0 * np.sqrt(np.maximum(covariances[:, state, state], 0.0))
-        axes.fill_between(
-            times, mean - reach, mean + reach, label="2 sigma", **style.BAND
-        )
+        axes.fill_between(times, mean - reach, mean + reach, label="2 sigma", **style.BAND)
         axes.plot(times, mean, label="prediction", **style.PREDICTION)
     axes.plot(times, expert[:, state], label="expert", **style.DEMONSTRATION)
     axes.plot(times, trial.states[:, state], label="trial", **style.ROBOT)

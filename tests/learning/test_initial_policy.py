@@ -39,6 +39,6 @@ def test_limit_follows_the_demonstration_within_floor_and_robot():
     task = dataclasses.replace(toy_task(), control_limit=np.array([0.25, 2.0]))
     fastest = np.abs(task.demonstrated_controls()).max(axis=0)
     limit = policy_limit(task, LearningSettings())
-    np.testing.assert_allclose(limit, [0.25, 1.5 * fastest[1]])
+    np.testing.assert_allclose(limit, [0.25, 2.0 * fastest[1]])
     slow = LearningSettings(velocity_limit_factor=1.0, velocity_limit_floor=1.9)
     np.testing.assert_allclose(policy_limit(task, slow), [0.25, 1.9])

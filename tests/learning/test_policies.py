@@ -123,6 +123,19 @@ def test_spread_curvature_is_the_hessian_of_priced_gains(kind):
     assert change @ curvature @ change == pytest.approx(second, rel=1e-3)
 
 
+@pytest.mark.parametrize("kind", ["linear", "linear_phase"])
+def test_change_metric_is_the_mean_square_of_the_change_before_squashing(kind):
+    """Near zero, squashing multiplies by 3/2 of the limit; the control's mean square tells."""
+    zero = make(kind)
+    zero = zero.with_parameters(0.0 * zero.parameters)
+    state = random_gaussian(np.random.default_rng(6), D)
+    change = 1e-4 * np.random.default_rng(7).standard_normal(zero.parameters.shape)
+    control, _ = zero.with_parameters(change).moments(state, 2)
+    second = (control.mean**2 + np.diagonal(control.covariance)) / (1.5 * zero.control_limit) ** 2
+    expected = second.sum()
+    assert change @ zero.change_metric(state, 2) @ change == pytest.approx(expected, rel=1e-4)
+
+
 @pytest.mark.parametrize("kind", ALL)
 def test_round_trip_through_arrays(kind):
     policy = make(kind)

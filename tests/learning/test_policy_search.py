@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from toy_models import JOINTS, LaggingJoints, toy_model, toy_task
@@ -69,6 +71,33 @@ def test_the_best_start_is_improved():
     assert search_policy(problem, starts, "gauss_newton", 3).cost <= best
 
 
+class Saturated:
+    """An objective with a start that costs least and leads nowhere, and one that leads far."""
+
+    def __init__(self, problem, trap):
+        self.problem, self.trap = problem, trap
+
+    def evaluate(self, policy, gradient=True):
+        evaluation = self.problem.evaluate(policy, gradient)
+        if np.array_equal(policy.parameters, self.trap.parameters):
+            return dataclasses.replace(
+                evaluation, cost=dataclasses.replace(evaluation.cost, value=self.lowest)
+            )
+        return evaluation
+
+    @property
+    def lowest(self):
+        return 0.95 * self.problem.evaluate(policy()).value
+
+
+def test_a_start_that_leads_nowhere_does_not_end_the_search():
+    trap = policy(0)
+    problem = Saturated(objective(), trap)
+    found = search_policy(problem, [trap, policy()], "gauss_newton", 20, race=4)
+    assert found.cost < 0.7 * problem.lowest
+    assert found.evaluations <= 2 + 20 + 4
+
+
 def test_converged_search_stops_early():
     problem = objective()
     found = search_policy(problem, [policy()], "gauss_newton", 300)
@@ -125,7 +154,7 @@ def test_no_finite_start_is_an_error_that_says_what_to_do():
 def test_a_race_improves_every_start_before_the_best_goes_on():
     problem = objective()
     starts = [policy(), policy(3)]
-    found = search_policy(problem, starts, "bfgs", 30, race=8)
+    found = search_policy(problem, starts, "bfgs", 22, race=8)
     assert found.evaluations <= 32
     costs = [search_policy(problem, [start], "bfgs", 7).cost for start in starts]
     assert found.cost <= min(costs)

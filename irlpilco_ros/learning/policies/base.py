@@ -62,6 +62,13 @@ class Policy(Protocol):
             A positive semidefinite matrix, or None if this kind of policy does not know it.
         """
 
+    def change_metric(self, state: Gaussian, step: int) -> Array | None:
+        """Return G (p, p) with d'G d = E |change of the control before squashing|^2.
+
+        The change is that of the parameters by d, the state Gaussian. None if this kind of policy
+        does not know it; policy search then takes all parameters to matter alike.
+        """
+
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
 

@@ -92,6 +92,10 @@ class LinearPolicy:
         curvature[:size, :size] = np.kron(weighed, state.covariance)
         return curvature
 
+    def change_metric(self, state: Gaussian, step: int) -> Array:
+        """Return the mean square of a change (dW x + db) at a Gaussian state, (p, p)."""
+        return affine_metric(len(self.bias), state, np.ones(1))
+
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""
         return {"weights": self.weights, "bias": self.bias, "control_limit": self.control_limit}
@@ -123,6 +127,19 @@ def affine_slope(weights: Array, bias: Array, control_limit: Array, state: Gauss
     """Return the expected slope of the squashing of W x + b, shape (F,)."""
     variance = np.sum((weights @ state.covariance) * weights, axis=1)
     return squashing_slope(weights @ state.mean + bias, variance, control_limit)
+
+
+def affine_metric(controls: int, state: Gaussian, phase: Array) -> Array:
+    """Return G (p, p) with d'G d = E |dW x + dB psi|^2, parameters laid out as W, then B.
+
+    With z = [x, psi] that is E z z' for each of the controls, F in number.
+    """
+    each = np.eye(controls)
+    second = state.covariance + np.outer(state.mean, state.mean)
+    mixed = np.kron(each, np.outer(state.mean, phase))
+    return np.block(
+        [[np.kron(each, second), mixed], [mixed.T, np.kron(each, np.outer(phase, phase))]]
+    )
 
 
 def each_row(slope: Array, inputs: Array) -> Array:

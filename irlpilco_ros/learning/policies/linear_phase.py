@@ -19,7 +19,12 @@ from irlpilco_ros.learning.policies.base import (
     checked_limit,
     checked_vector,
 )
-from irlpilco_ros.learning.policies.linear import affine_moments, affine_slope, each_row
+from irlpilco_ros.learning.policies.linear import (
+    affine_metric,
+    affine_moments,
+    affine_slope,
+    each_row,
+)
 from irlpilco_ros.learning.squashing import squash
 
 
@@ -111,6 +116,11 @@ class LinearPhasePolicy:
         weighed = 2.0 * price * np.outer(slope, slope)
         curvature[:size, :size] = np.kron(weighed, state.covariance)
         return curvature
+
+    def change_metric(self, state: Gaussian, step: int) -> Array:
+        """Return the mean square of a change (dW x + dB psi) at a Gaussian state, (p, p)."""
+        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        return affine_metric(len(self.weights), state, phase)
 
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""

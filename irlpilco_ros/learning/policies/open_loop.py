@@ -94,6 +94,10 @@ class OpenLoopPolicy:
         """Return None: a table has no gains."""
         return None
 
+    def change_metric(self, state: Gaussian, step: int) -> Array | None:
+        """Return None: every control is a parameter of its own."""
+        return None
+
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""
         return {

@@ -124,6 +124,10 @@ class RbfPolicy:
         """Return None: the gains of a sum of bumps are no simple function of its parameters."""
         return None
 
+    def change_metric(self, state: Gaussian, step: int) -> Array | None:
+        """Return None: centres and widths change the control in no simple way."""
+        return None
+
     def to_arrays(self) -> Arrays:
         """Return the fields by name."""
         return {

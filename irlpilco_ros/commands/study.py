@@ -1,0 +1,109 @@
+"""`irlpilco study`: measure what the project claims, over seeds, with tables and figures."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+EXPERIMENTS = (
+    "headline",
+    "perturbations",
+    "debris",
+    "hands",
+    "second_robot",
+    "ablation",
+    "reproduce",
+    "thesis_perturbations",
+)
+
+EPILOG = """\
+baxter     the sweep on a simulated Baxter: robot time, miscalibrated joints, perturbations against
+           replay, tracking and cloning, debris in the pan, hand features, ablation, and the
+           thesis's own settings and methods over 15 iterations
+
+Every run is a file OUT/EXPERIMENT/CONDITION/SEED.json; a study that was stopped goes on with those
+that are missing. All runs over ten seeds take some hours on two cores; the headline a quarter of
+an hour. Tables go to OUT/tables.md, figures to OUT/figures.
+
+examples:
+  irlpilco study baxter --experiments headline --seeds 3
+  irlpilco study baxter --processes 2
+  irlpilco study baxter --dask tcp://scheduler:8786
+  irlpilco study baxter --document docs/results.md   also put the tables between its markers
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        "study",
+        help="measure over seeds what the project claims",
+        description="Run a study and write its tables and figures.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("chapter", choices=["baxter"], help="what is studied")
+    parser.add_argument(
+        "--experiments",
+        nargs="+",
+        choices=EXPERIMENTS,
+        default=list(EXPERIMENTS),
+        metavar="NAME",
+        help=f"parts of it: {', '.join(EXPERIMENTS)} (default: all)",
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("runs/study_baxter"),
+        metavar="OUT",
+        help="folder of the results (default: runs/study_baxter)",
+    )
+    parser.add_argument(
+        "--processes", type=int, default=1, metavar="N", help="runs at once here (default: 1)"
+    )
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster that does the runs instead"
+    )
+    parser.add_argument(
+        "--tables-only", action="store_true", help="compute nothing, show what is there"
+    )
+    parser.add_argument(
+        "--document",
+        type=Path,
+        metavar="FILE",
+        help="Markdown file that takes the tables, between <!-- table: NAME --> and <!-- end -->; "
+        "the figures go to figures/ beside it",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compute what is missing and write the tables and figures."""
+    from irlpilco_ros.studies.baxter.figures import write_figures
+    from irlpilco_ros.studies.baxter.results import EXPERIMENTS as PARTS
+    from irlpilco_ros.studies.document import fill_tables
+    from irlpilco_ros.studies.result_store import ResultStore
+    from irlpilco_ros.studies.run_jobs import run_jobs
+    from irlpilco_ros.studies.tables import state_of
+
+    store, seeds = ResultStore(arguments.out), range(arguments.seeds)
+    tables: dict[str, str] = {}
+    for name in arguments.experiments:
+        jobs = PARTS[name].jobs(seeds)
+        if not arguments.tables_only:
+            run_jobs(jobs, store, arguments.processes, arguments.dask)
+        tables[name] = f"{PARTS[name].table(store, seeds)}\n\n{state_of(store, jobs)}"
+        print(f"## {name}\n\n{tables[name]}\n", flush=True)
+    store.folder.mkdir(parents=True, exist_ok=True)
+    text = "\n".join(f"## {name}\n\n{table}\n" for name, table in tables.items())
+    (store.folder / "tables.md").write_text(text, encoding="utf-8")
+    for figure in write_figures(store, seeds, store.folder / "figures"):
+        print(f"figure: {figure}")
+    if arguments.document is not None:
+        fill_tables(arguments.document, tables)
+        write_figures(store, seeds, arguments.document.parent / "figures")
+    return 0

@@ -1,0 +1,193 @@
+"""One whole apprenticeship in one process: demonstration, replay, trials, iterations."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.features import CubatureFeatures
+from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.irl_pilco import (
+    Iteration,
+    Rollout,
+    Task,
+    initial_policy,
+    judge,
+    learn,
+    open_loop_policy,
+    weigh,
+)
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.policies import Policy, from_arrays
+from irlpilco_ros.resources import config_file
+from irlpilco_ros.studies.baxter.robots import ROBOTS
+from irlpilco_ros.studies.job import Job, Result
+from sim_bridge.baxter_simulation import BaxterSimulation
+from sim_bridge.episode import play_demonstration, run_episode
+from sim_bridge.errors import ApproachError
+from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.tool_kinematics import ToolKinematics
+
+JOINTS = len(ARM_JOINTS)
+SEVENTH = 7
+"""The iteration whose policy is put to the test: with eight trials, as many as the thesis had."""
+
+_DECIMALS = 6
+_NEXT_NOISE = 2000  # added to the seed where the simulation begins anew
+
+
+def learning_job(
+    experiment: str,
+    condition: str,
+    seed: int,
+    robot: str = "default",
+    settings: LearningSettings | None = None,
+    iterations: int = 7,
+    features: str = "joints",
+) -> Job:
+    """Return the job of learning with these settings on a robot of `ROBOTS`.
+
+    Args:
+        experiment: Folder of the result.
+        condition: Folder in it.
+        seed: Of the robot, its noise and learning.
+        robot: "default" or "miscalibrated".
+        settings: How to learn; None for the defaults. Seed and threads are set here.
+        iterations: Number of learned policies, each tried once.
+        features: What is imitated: "joints" [rad] or "hands" (tool points [m]).
+    """
+    settings = dataclasses.replace(settings or LearningSettings(), seed=seed, threads=1)
+    arguments = {
+        "robot": robot,
+        "settings": settings,
+        "iterations": iterations,
+        "features": features,
+    }
+    return Job(experiment, condition, seed, learning_run, arguments)
+
+
+def learning_run(robot: str, settings: LearningSettings, iterations: int, features: str) -> Result:
+    """Show the sweep, replay it, and learn it; returns what every trial was like."""
+    simulation = BaxterSimulation(ROBOTS[robot](settings.seed))
+    kinematics = ToolKinematics()
+    shown = play_demonstration(simulation)
+    task = sweep_task(shown, kinematics if features == "hands" else None)
+    replay = _try(simulation, open_loop_policy(task), task)
+    policy = initial_policy(task, settings)
+    trials = [_try(simulation, policy, task)]
+    rows = [_row(task, kinematics, trials, policy, None, settings)]
+    iteration: Iteration | None = None
+    for _ in range(iterations):
+        iteration = learn(task, settings, trials, iteration)
+        trials.append(_try(simulation, iteration.policy, task))
+        rows.append(_row(task, kinematics, trials, iteration.policy, iteration, settings))
+    return {
+        "demonstration": shown.states.tolist(),
+        "replay_rmse": joint_rmse(shown, replay),
+        "replay_positions": _positions(replay),
+        "replay_hands": hand_errors(kinematics, shown, replay),
+        "rows": rows,
+    }
+
+
+def sweep_task(shown: Rollout, kinematics: ToolKinematics | None = None) -> Task:
+    """Return the task of imitating a sweep that was shown, by joints or by tool points."""
+    robot = baxter()
+    features = None
+    if kinematics is not None:
+        features = CubatureFeatures(kinematics.size, JOINTS, kinematics)
+    return Task((shown,), robot.control_period, robot.control_limit, features)
+
+
+def baxter() -> RobotSettings:
+    """Return the settings of config/baxter.yaml."""
+    values = load_parameters_file(config_file("baxter.yaml"), "learner")
+    return settings_from_parameters(RobotSettings, values)
+
+
+def thesis_settings() -> LearningSettings:
+    """Return the settings of config/thesis.yaml."""
+    values = load_parameters_file(config_file("thesis.yaml"), "learner")
+    return settings_from_parameters(LearningSettings, values)
+
+
+def joint_rmse(shown: Rollout, trial: Rollout) -> float:
+    """Return the root-mean-square joint error over t = 1..H [rad]."""
+    difference = trial.states[1:, :JOINTS] - shown.states[1:, :JOINTS]
+    return float(np.sqrt(np.mean(difference**2)))
+
+
+def hand_errors(kinematics: ToolKinematics, shown: Rollout, trial: Rollout) -> list[float]:
+    """Return the RMS distance of dustpan lip and brush tip from where they were shown [m]."""
+    wanted, _ = kinematics(shown.states[1:, :JOINTS])
+    reached, _ = kinematics(trial.states[1:, :JOINTS])
+    squares = ((reached - wanted) ** 2).reshape(len(wanted), -1, 3).sum(axis=2)
+    return [float(distance) for distance in np.sqrt(squares.mean(axis=0))]
+
+
+def learned_policy(result: Result) -> Policy:
+    """Return the policy that a learning run came to after `SEVENTH` iterations, or its last."""
+    rows = result["rows"]
+    kept: dict[str, Any] = rows[min(SEVENTH, len(rows) - 1)]["policy"]
+    arrays = {
+        name: np.array(value) if isinstance(value, list) else value
+        for name, value in kept.items()
+        if name != "kind"
+    }
+    return from_arrays(kept["kind"], arrays)
+
+
+def demonstration_of(result: Result) -> Rollout:
+    """Return the demonstration of a learning run."""
+    states = np.array(result["demonstration"])
+    return Rollout(states, np.full((len(states) - 1, JOINTS), np.nan))
+
+
+def _try(simulation: BaxterSimulation, policy: Policy, task: Task) -> Rollout:
+    """Run one trial; arms that a wild one before left knotted are freed, as a person would."""
+    start = task.reference_states()[0, :JOINTS]
+    try:
+        return run_episode(simulation, policy, start, task.horizon, task.dt)
+    except ApproachError:
+        simulation.reset(_NEXT_NOISE + simulation.settings.seed)
+        return run_episode(simulation, policy, start, task.horizon, task.dt)
+
+
+def _row(
+    task: Task,
+    kinematics: ToolKinematics,
+    trials: list[Rollout],
+    policy: Policy,
+    iteration: Iteration | None,
+    settings: LearningSettings,
+) -> dict[str, Any]:
+    shown, trial = task.demonstrations[0], trials[-1]
+    _, margin = weigh(task, settings, trials)
+    return {
+        "rmse": joint_rmse(shown, trial),
+        "mse": judge(task, trial).mse,
+        "hands": hand_errors(kinematics, shown, trial),
+        "margin": margin,
+        "cost": iteration.cost if iteration else None,
+        "evaluations": iteration.evaluations if iteration else 0,
+        "model_seconds": iteration.model_seconds if iteration else 0.0,
+        "policy_seconds": iteration.policy_seconds if iteration else 0.0,
+        "positions": _positions(trial),
+        "policy": {"kind": policy.kind, **_plain(policy.to_arrays())},
+    }
+
+
+def _plain(arrays: dict[str, Array | float | int]) -> dict[str, Any]:
+    return {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in arrays.items()
+    }
+
+
+def _positions(trial: Rollout) -> list[list[float]]:
+    rounded: list[list[float]] = trial.states[:, :JOINTS].round(_DECIMALS).tolist()
+    return rounded

@@ -1,0 +1,36 @@
+"""The thesis's chapter 5 on Baxter: feature matching against feature expectations."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.studies.baxter.learning_run import learning_job, thesis_settings
+from irlpilco_ros.studies.job import Job
+
+EXPERIMENT = "reproduce"
+ITERATIONS = 15
+METHODS = ("feature_matching", "feature_expectations")
+
+
+def thesis_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:
+    """Return the job of learning with the settings of config/thesis.yaml."""
+    settings = dataclasses.replace(thesis_settings(), method=method)
+    return learning_job(EXPERIMENT, f"thesis_{method}", seed, "default", settings, iterations)
+
+
+def default_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:
+    """Return the job of learning with the default settings."""
+    settings = LearningSettings(method=method)
+    return learning_job(EXPERIMENT, f"default_{method}", seed, "default", settings, iterations)
+
+
+def jobs(seeds: Sequence[int], iterations: int = ITERATIONS) -> list[Job]:
+    """Return all jobs of the experiment."""
+    return [
+        job(method, seed, iterations)
+        for seed in seeds
+        for job in (thesis_job, default_job)
+        for method in METHODS
+    ]

@@ -1,0 +1,170 @@
+"""The chapter's tables, each from the results that are on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from irlpilco_ros.studies.baxter import (
+    ablation,
+    debris,
+    hands,
+    headline,
+    perturbations,
+    reproduce,
+    second_robot,
+)
+from irlpilco_ros.studies.job import Job, Result
+from irlpilco_ros.studies.result_store import ResultStore
+from irlpilco_ros.studies.tables import by_condition, markdown, spread
+
+EARLY_BAR, LATE_BAR = (3, 0.02), (7, 0.012)
+"""What the joint error is held against: after this iteration, at most so much [rad]."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A part of the chapter.
+
+    Attributes:
+        jobs: From the seeds to what has to be computed.
+        table: From the results and the seeds to a table in Markdown.
+    """
+
+    jobs: Callable[[Sequence[int]], list[Job]]
+    table: Callable[[ResultStore, Sequence[int]], str]
+
+
+def headline_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return joint errors [mrad] over the iterations, and how many seeds are within the bars."""
+    iterations = (0, 1, 2, 3, 5, 7)
+    rows = []
+    for condition, runs in by_condition(store, headline.jobs(seeds)).items():
+        cells = [spread([run["rows"][k]["rmse"] for run in runs]) for k in iterations]
+        within = [
+            f"{sum(run['rows'][k]['rmse'] <= bar for run in runs)} of {len(runs)}"
+            for k, bar in (EARLY_BAR, LATE_BAR)
+        ]
+        replay = spread([run["replay_rmse"] for run in runs])
+        rows.append([condition.replace("_", " "), replay, *cells, *within])
+    bars = [f"≤ {1e3 * bar:.0f} at {k}" for k, bar in (EARLY_BAR, LATE_BAR)]
+    return markdown(["robot", "replay", *[f"k = {k}" for k in iterations], *bars], rows)
+
+
+def perturbations_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return the joint error [mrad] of every policy under every perturbation."""
+    found = by_condition(store, perturbations.jobs(seeds))
+    return _perturbations(found, ("replay", "tracking", "cloning", "defaults"))
+
+
+def thesis_perturbations_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return the joint error [mrad] of what was learned with the thesis's settings."""
+    return _perturbations(by_condition(store, perturbations.thesis_jobs(seeds)), ("thesis",))
+
+
+def _perturbations(found: dict[str, list[Result]], names: Sequence[str]) -> str:
+    suffix = "_thesis" if "thesis" in names else ""
+    rows = []
+    for perturbation in perturbations.perturbed_robots(0):
+        runs = found.get(perturbation + suffix, [])
+        cells = [spread([run[name] for run in runs]) for name in names]
+        rows.append([perturbation.replace("_", " "), *cells])
+    return markdown(["perturbation", *names], rows)
+
+
+def debris_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return the mean number of pieces in the pan, and the ratio of learned to replay."""
+    rows = []
+    for robot, runs in by_condition(store, debris.jobs(seeds)).items():
+        means = {name: float(np.mean([run[name] for run in runs])) for name in runs[0]}
+        cells = [f"{mean:.1f}" for mean in means.values()]
+        rows.append([robot, *cells, _ratio(means["learned"], means["replay"]), str(len(runs))])
+    header = ["robot", "demonstration", "replay", "tracking", "cloning", "learned"]
+    return markdown([*header, "learned/replay", "seeds"], rows)
+
+
+def _ratio(part: float, whole: float) -> str:
+    return f"{part / whole:.2f}" if whole > 0.0 else "no piece by replay"
+
+
+def hands_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return how far pan lip and brush tip are off [mm], by joint and by hand features."""
+    iterations = (1, 3, 5, 7)
+    imitated = {
+        "joints": by_condition(store, headline.jobs(seeds)),
+        "hands": by_condition(store, hands.jobs(seeds)),
+    }
+    rows = []
+    for robot in (headline.DEFAULT, headline.MISCALIBRATED):
+        for features, found in imitated.items():
+            runs = found.get(robot, [])
+            for number, point in enumerate(("pan lip", "brush tip")):
+                cells = [
+                    spread([run["rows"][k]["hands"][number] for run in runs]) for k in iterations
+                ]
+                rows.append([f"{robot}, imitating {features}: {point}", *cells, str(len(runs))])
+    return markdown(["robot", *[f"k = {k}" for k in iterations], "seeds"], rows)
+
+
+def ablation_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return joint errors [mrad] of every variant, and the time for an iteration."""
+    iterations = (1, 3, 5)
+    rows = []
+    for variant, runs in by_condition(store, ablation.jobs(seeds)).items():
+        cells = [spread([run["rows"][k]["rmse"] for run in runs]) for k in iterations]
+        rows.append([variant.replace("_", " "), *cells, _seconds(runs), str(len(runs))])
+    header = ["changed", *[f"k = {k}" for k in iterations], "s/iteration", "seeds"]
+    return markdown(header, rows)
+
+
+def second_robot_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return joint errors [mrad] of wiping with another arm."""
+    rows = []
+    for robot, runs in by_condition(store, second_robot.jobs(seeds)).items():
+        cells = [
+            spread([run["rows"][k]["rmse"] for run in runs])
+            for k in range(second_robot.ITERATIONS + 1)
+        ]
+        replay = spread([run["replay_rmse"] for run in runs])
+        rows.append([robot, replay, *cells, str(len(runs))])
+    iterations = [f"k = {k}" for k in range(second_robot.ITERATIONS + 1)]
+    return markdown(["arm", "replay", *iterations, "seeds"], rows)
+
+
+def reproduce_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return the error (6.1) [1e-3 rad^2] over the iterations, and robot and computing time."""
+    iterations = (1, 4, 7, 10, 15)
+    rows = []
+    for condition, runs in by_condition(store, reproduce.jobs(seeds)).items():
+        cells = [
+            spread([run["rows"][k]["mse"] for run in runs], digits=3)
+            if len(runs[0]["rows"]) > k
+            else ""
+            for k in iterations
+        ]
+        rows.append([condition.replace("_", " "), *cells, _seconds(runs), str(len(runs))])
+    header = ["settings", *[f"k = {k}" for k in iterations], "s/iteration", "seeds"]
+    return markdown(header, rows)
+
+
+def _seconds(runs: Sequence[Result]) -> str:
+    """Return the mean time of one iteration of learning [s]."""
+    times = [
+        row["model_seconds"] + row["policy_seconds"] for run in runs for row in run["rows"][1:]
+    ]
+    return f"{np.mean(times):.1f}"
+
+
+EXPERIMENTS = {
+    headline.EXPERIMENT: Experiment(headline.jobs, headline_table),
+    perturbations.EXPERIMENT: Experiment(perturbations.jobs, perturbations_table),
+    debris.EXPERIMENT: Experiment(debris.jobs, debris_table),
+    hands.EXPERIMENT: Experiment(hands.jobs, hands_table),
+    second_robot.EXPERIMENT: Experiment(second_robot.jobs, second_robot_table),
+    ablation.EXPERIMENT: Experiment(ablation.jobs, ablation_table),
+    reproduce.EXPERIMENT: Experiment(reproduce.jobs, reproduce_table),
+    "thesis_perturbations": Experiment(perturbations.thesis_jobs, thesis_perturbations_table),
+}
+"""The parts of the chapter by name, in the order of what they cost."""
