@@ -30,7 +30,7 @@ examples:
   irlpilco study baxter --experiments headline --seeds 3
   irlpilco study baxter --processes 2
   irlpilco study baxter --dask tcp://scheduler:8786
-  irlpilco study baxter --document docs/results.md   also put the tables between its markers
+  irlpilco study baxter --document docs/results.md    # fills in its tables
 """
 
 
