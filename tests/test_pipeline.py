@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.dds, pytest.mark.slow]
 SHIPPED = Path(__file__).resolve().parents[1] / "config" / "baxter.yaml"
 HORIZON = 8  # the first half of the sweep: a quarter of the computing
 LEFT_ARM = [f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2")]
-SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 6\n    phase_count: 8\n"
+SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 10\n    phase_count: 8\n"
 
 
 class Pipeline:
@@ -138,7 +138,7 @@ def test_two_iterations_while_the_learner_stays_responsive(pipeline):
     call = pipeline.begin_and_wait_for("policy")
     began = time.monotonic()
     busy = pipeline.graph.trigger("learn_iteration")
-    assert pipeline.graph.get_parameter("learner", "evaluations") == 6
+    assert pipeline.graph.get_parameter("learner", "evaluations") == 10
     assert time.monotonic() - began < 2.0
     assert not busy.success
     assert busy.message.startswith("busy: iteration 2 is under way")
@@ -156,7 +156,8 @@ def test_two_iterations_while_the_learner_stays_responsive(pipeline):
     assert [(row.iteration, row.trial) for row in rows] == [(0, 0), (1, 1), (2, 2)]
     assert [row.robot_time_s for row in rows] == [4.0, 8.0, 12.0]
     assert rows[2].rmse_rad < 0.03
-    assert rows[0].margin >= rows[1].margin >= rows[2].margin
+    assert np.all(np.diff([row.margin for row in rows]) <= 1e-12)  # equal, to rounding, if no gain
+    assert rows[2].rmse_rad < rows[0].rmse_rad
 
 
 def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
