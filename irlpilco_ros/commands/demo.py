@@ -140,11 +140,24 @@ class Demo:
         self._session.run(self._session.clients.set_parameters("learner", parameters), self._check)
         printed = 0
         for _ in range(self._arguments.iterations):
-            learn_iteration(self._session, self._check)
+            self._learn()
             rows = self._directory.metrics()
             for row in rows[printed:]:
                 _print_row(row)
             printed = len(rows)
+
+    def _learn(self) -> None:
+        """Learn one iteration; arms that a wild trial has hooked into each other are freed once."""
+        from irlpilco_ros.nodes.clients import RefusedError
+
+        try:
+            learn_iteration(self._session, self._check)
+        except RefusedError as error:
+            if "move to start stopped" not in str(error):
+                raise
+            print(f"{error}\nthe arms are freed, as a person would do it (baxter_simulator/reset)")
+            self._session.trigger("baxter_simulator/reset", 10.0, self._check)
+            learn_iteration(self._session, self._check)
 
     def _demonstrate(self) -> tuple[Path, str]:
         """Have the sweep demonstrated, and return its bag and what the recorder says of it."""
