@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ Progress = Callable[[str, float], None]
 
 PNG_RESOLUTION = 160
 """Of the separate picture files [dots per inch]."""
+
+_LOGGER = logging.getLogger(__name__)
 
 
 def build_report(run_directory: Path | str, progress: Progress | None = None) -> Path:
@@ -58,6 +61,8 @@ def build_report(run_directory: Path | str, progress: Progress | None = None) ->
         drawn = _draw_figures(run, folder, tell)
         sweeps = jobs.results(lambda part: tell("simulating sweeps", 0.5 + 0.4 * part))
     tell("writing the page", 0.92)
+    for note in sweeps.notes:
+        _LOGGER.warning(note)  # whoever waits for the report is told as well as who reads it
     artwork = Artwork(**drawn, **_draw_sweeps(sweeps, folder), notes=sweeps.notes)
     path = folder / "index.html"
     write_atomically(path, render_page(run, artwork).encode())
