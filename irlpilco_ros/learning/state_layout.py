@@ -48,11 +48,6 @@ class StateLayout:
                     f"{name} are {indices}; expected different indices from 0 to {size - 1}"
                 )
 
-    @property
-    def extended_size(self) -> int:
-        """Number of entries of the extended state."""
-        return self.state_size + 2 * len(self.angles)
-
     def extend(self, states: Array) -> Array:
         """Return [x, sin x_i, cos x_i, ...] for states (..., D), shape (..., D + 2A)."""
         parts = [states]
