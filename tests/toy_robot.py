@@ -37,12 +37,12 @@ ROBOT_FILE = f"""\
 STAMPS = 100.0 + PERIOD * np.arange(HORIZON + 1)
 
 
-def demonstrated() -> Trajectory:
-    """A person moves both joints there and half way back."""
+def demonstrated(seed: int = 7) -> Trajectory:
+    """A person moves both joints there and half way back; the seed is of the sensor noise."""
     times = PERIOD * np.arange(HORIZON + 1)
     positions = np.stack([0.4 * np.sin(0.9 * times), 0.3 - 0.3 * np.cos(0.7 * times)], axis=1)
     velocities = np.stack([0.36 * np.cos(0.9 * times), 0.21 * np.sin(0.7 * times)], axis=1)
-    noise = np.random.default_rng(7).normal(scale=4e-4, size=positions.shape)
+    noise = np.random.default_rng(seed).normal(scale=4e-4, size=positions.shape)
     return Trajectory(
         JOINTS, STAMPS, positions + noise, velocities, np.full(positions.shape, np.nan)
     )
@@ -65,8 +65,8 @@ def trial_of(policy, start, seed: int, steps: int = HORIZON) -> Trajectory:
     return Trajectory(JOINTS, STAMPS[: steps + 1], states[:, :2], states[:, 2:], np.array(commands))
 
 
-def record_demonstration(folder: Path) -> Path:
-    return write_trajectory(folder, demonstrated())
+def record_demonstration(folder: Path, seed: int = 7) -> Path:
+    return write_trajectory(folder, demonstrated(seed))
 
 
 def record_trial(plan, folder: Path, steps: int = HORIZON) -> Path:

@@ -43,7 +43,11 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--demonstration", type=Path, required=True, metavar="BAG", help="bag to imitate"
+        "--demonstration",
+        type=Path,
+        required=True,
+        metavar="BAG",
+        help="bag to imitate, or folder of several bags NNN that show the same task",
     )
     parser.add_argument(
         "--trials", type=Path, required=True, metavar="DIR", help="folder of the trials' bags"

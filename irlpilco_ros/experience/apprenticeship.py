@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -73,16 +73,15 @@ class TrialReport:
         return "; ".join([line, *self.notes])
 
 
-def task_of(demonstration: Trajectory, robot: RobotSettings) -> Task:
-    """Return the learning problem that a demonstration poses to a robot.
+def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
+    """Return the learning problem that one demonstration or several pose to a robot.
 
     Raises:
-        BagError: the demonstration lacks a joint or is shorter than a trial.
+        BagError: a demonstration lacks a joint or is shorter than a trial.
     """
     joints = robot.roles
-    rollout = demonstration.rollout(joints, robot.horizon)
     return Task(
-        (rollout,),
+        tuple(shown.rollout(joints, robot.horizon) for shown in demonstrations),
         robot.control_period,
         robot.control_limit,
         joints.features,
@@ -116,7 +115,7 @@ class Apprenticeship:
     ) -> None:
         """Take up a run; use `open`."""
         self.directory = directory
-        self.task = task_of(directory.demonstration(), robot)
+        self.task = task_of(directory.demonstrations(), robot)
         self._robot = robot
         self._settings = settings
 
@@ -132,7 +131,8 @@ class Apprenticeship:
 
         Args:
             path: The run directory.
-            demonstration: Bag to imitate; None for the one that the run directory holds.
+            demonstration: Bag to imitate, or folder of several bags NNN that show the same task;
+                None for what the run directory holds.
             robot: The robot.
             settings: How to learn.
 

@@ -1,7 +1,7 @@
 """The run directory: everything that one run of learning has recorded and found out.
 
     RUN/config.yaml         what was asked for
-        demonstration/      copy of the demonstration's bag
+        demonstration/      copy of the demonstration's bag, or of several as demonstration/NNN
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
         policy_KKK.yaml     its policy, a parameter file of the controller
@@ -18,7 +18,6 @@ from __future__ import annotations
 import fcntl
 import io
 import os
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -27,14 +26,18 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_reader import messages_digest, read_bag
 from irlpilco_ros.experience.configuration import (
     differing_keys,
     read_configuration,
     write_configuration,
 )
-from irlpilco_ros.experience.durable import remove_leftovers, sync_tree, write_atomically
-from irlpilco_ros.experience.errors import BagError, RunDirectoryError
+from irlpilco_ros.experience.demonstrations import (
+    copy_demonstrations,
+    read_demonstrations,
+    same_demonstrations,
+)
+from irlpilco_ros.experience.durable import remove_leftovers, write_atomically
+from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow, append_metrics, read_metrics
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -63,7 +66,7 @@ class RunDirectory:
 
     @property
     def demonstration_directory(self) -> Path:
-        """Copy of the demonstration's bag."""
+        """Copy of the demonstration's bag, or of several bags NNN."""
         return self.path / "demonstration"
 
     @property
@@ -99,7 +102,7 @@ class RunDirectory:
 
         Args:
             configuration: Everything that results depend on: name -> number, word or list.
-            demonstration: Bag of the demonstration.
+            demonstration: Bag of the demonstration, or folder of several bags NNN.
 
         Returns:
             Itself, so that it can stand in a `with`.
@@ -109,8 +112,8 @@ class RunDirectory:
                 or demonstration; names the keys that differ.
             BagError: the demonstration cannot be read.
         """
-        if not self.path.exists() and not read_bag(demonstration).stamps.size:
-            raise BagError(f"the demonstration {demonstration} holds no samples")
+        if not self.path.exists():
+            read_demonstrations(demonstration)
         self.trials_directory.mkdir(parents=True, exist_ok=True)
         self.iteration_file(0).parent.mkdir(exist_ok=True)
         self._take_lock()
@@ -149,9 +152,9 @@ class RunDirectory:
         """
         return read_configuration(self.configuration_file)
 
-    def demonstration(self) -> Trajectory:
-        """Return the demonstration."""
-        return read_bag(self.demonstration_directory)
+    def demonstrations(self) -> tuple[Trajectory, ...]:
+        """Return what was shown, once or several times."""
+        return read_demonstrations(self.demonstration_directory)
 
     def iterations(self) -> tuple[int, ...]:
         """Return the iterations k >= 1 whose npz and policy are on disk, in order."""
@@ -300,16 +303,8 @@ class RunDirectory:
     def _claim_demonstration(self, demonstration: Path) -> None:
         copy = self.demonstration_directory
         if not copy.exists():
-            temporary = copy.with_name(".demonstration.tmp")
-            shutil.rmtree(temporary, ignore_errors=True)
-            if demonstration.is_dir():
-                shutil.copytree(demonstration, temporary)
-            else:
-                temporary.mkdir()
-                shutil.copy2(demonstration, temporary)
-            sync_tree(temporary)
-            temporary.rename(copy)
-        elif messages_digest(copy) != messages_digest(demonstration):
+            copy_demonstrations(demonstration, copy)
+        elif not same_demonstrations(demonstration, copy):
             raise RunDirectoryError(
                 f"{self.path} was begun with another demonstration: {demonstration} differs from "
                 f"the copy in {copy}. Choose another run directory, or the demonstration of "

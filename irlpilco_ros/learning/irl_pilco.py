@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -19,7 +20,7 @@ from irlpilco_ros.learning.iteration import Errors, Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.objective import Objective
 from irlpilco_ros.learning.policies import OpenLoopPolicy, Policy
-from irlpilco_ros.learning.policy_search import search_policy
+from irlpilco_ros.learning.policy_search import SearchResult, search_policy
 from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
@@ -78,14 +79,7 @@ def learn(
         trained = time.perf_counter()
         objective = imitation_objective(task, settings, model, trials, weights)
         starts = _starting_policies(task, settings, model, previous)
-        found = search_policy(
-            objective,
-            starts,
-            settings.optimiser,
-            settings.evaluations,
-            report.policy,
-            settings.race,
-        )
+        found = _search_policy(task, settings, objective, weights, starts, report)
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()
     return Iteration(
@@ -154,9 +148,7 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
 def _imitation_cost(task: Task, settings: LearningSettings, weights: Array) -> Cost:
     features, reference = task.feature_map, task.reference_features()
     if settings.method == "feature_matching":
-        return FeatureMatching(
-            features, reference, weights, settings.variance_weight, settings.discount
-        )
+        return _feature_matching(task, settings, weights)
     if settings.method == "feature_expectations":
         return FeatureExpectations(features, reference, weights, settings.discount)
     return TrajectoryKl(
@@ -164,6 +156,16 @@ def _imitation_cost(task: Task, settings: LearningSettings, weights: Array) -> C
         reference,
         task.reference_covariances(),
         task.feature_noise(),
+        settings.discount,
+    )
+
+
+def _feature_matching(task: Task, settings: LearningSettings, weights: Array) -> FeatureMatching:
+    return FeatureMatching(
+        task.feature_map,
+        task.reference_features(),
+        weights,
+        settings.variance_weight,
         settings.discount,
     )
 
@@ -206,6 +208,38 @@ def _starting_policies(
     return [policies[name]() for name in dict.fromkeys(settings.starts)]
 
 
+def _search_policy(
+    task: Task,
+    settings: LearningSettings,
+    objective: Objective,
+    weights: Array,
+    starts: Sequence[Policy],
+    report: _Reporter,
+) -> SearchResult:
+    """Return the best policy found from the starts.
+
+    The divergence is searched from where feature matching has come to: further off, where the
+    deviation is many times the spread, it falls fastest by a wider prediction, and a search ends
+    at policies that make the trajectory as uncertain as it is wrong.
+    """
+    objectives = [objective]
+    if settings.method == "trajectory_kl":
+        matching = _feature_matching(task, settings, weights / task.scale**2)
+        objectives.insert(0, dataclasses.replace(objective, cost=matching))
+    for number, current in enumerate(objectives):
+        report.search(number, len(objectives))
+        found = search_policy(
+            current,
+            starts,
+            settings.optimiser,
+            settings.evaluations,
+            report.policy,
+            settings.race,
+        )
+        starts = [found.policy]
+    return found
+
+
 def _check_trials(task: Task, trials: Sequence[Rollout]) -> None:
     if not trials:
         raise InvalidSettingError("learning needs at least one trial; record one first")
@@ -233,6 +267,11 @@ class _Reporter:
     def __init__(self, progress: Callable[[Progress], None] | None, evaluations: int) -> None:
         self._progress = progress
         self._evaluations = evaluations
+        self._search, self._searches = 0, 1
+
+    def search(self, number: int, searches: int) -> None:
+        """One search begins, of several that follow each other."""
+        self._search, self._searches = number, searches
 
     def model(self, fraction: float) -> None:
         if self._progress is not None:
@@ -243,7 +282,7 @@ class _Reporter:
     def policy(self, cost: float, evaluations: int) -> None:
         if self._progress is None:
             return
-        done = min(1.0, evaluations / self._evaluations)
+        done = (self._search + min(1.0, evaluations / self._evaluations)) / self._searches
         fraction = self.MODEL_PART + (1.0 - self.MODEL_PART) * done
         message = f"searching the policy: cost {cost:.4g} after {evaluations} evaluations"
         self._progress(Progress("policy", fraction, cost, evaluations, message))

@@ -60,7 +60,9 @@ class RunSettings:
         "runs/sweep", "Folder that holds all of this run; learning goes on there.", read_only=True
     )
     demonstration: str = setting(
-        "", "Bag of the demonstration; empty if the run directory has it already."
+        "",
+        "Bag of the demonstration, or folder of several bags NNN that show the same task; empty "
+        "if the run directory has it already.",
     )
 
     def __post_init__(self) -> None:

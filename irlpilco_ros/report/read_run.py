@@ -45,7 +45,7 @@ def read_run(run: RunDirectory) -> RunSummary:
         name=run.path.name,
         joints=joints,
         times=np.asarray(period * np.arange(horizon + 1), dtype=np.float64),
-        demonstration=run.demonstration().rollout(joints, horizon).states[:, positions],
+        demonstration=_shown(run, joints, horizon)[:, positions],
         iterations=tuple(
             _iteration(row, trial.states[:, positions], found.get(row.iteration or 0))
             for row, trial in zip(rows, trials, strict=True)
@@ -55,6 +55,13 @@ def read_run(run: RunDirectory) -> RunSummary:
         model=_model(joints, trials, found),
         settings={key: _text(value) for key, value in configuration.items()},
     )
+
+
+def _shown(run: RunDirectory, joints: tuple[str, ...], horizon: int) -> np.ndarray:
+    """Return the states (H + 1, 2J) that are imitated: the mean over the demonstrations."""
+    rollouts = [shown.rollout(joints, horizon) for shown in run.demonstrations()]
+    mean: np.ndarray = np.mean([rollout.states for rollout in rollouts], axis=0)
+    return mean
 
 
 def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> IterationSummary:

@@ -72,6 +72,21 @@ def test_every_trial_gets_its_row_and_learning_helps(finished, reopen, tmp_path)
     assert all(row.mse == pytest.approx(row.rmse_rad**2) for row in rows)
 
 
+def test_several_demonstrations_are_imitated_on_average(tmp_path):
+    bags = [toy_robot.record_demonstration(tmp_path / "shown", seed) for seed in range(3)]
+    settings = dataclasses.replace(SETTINGS, method="trajectory_kl")
+    run = Apprenticeship.open(tmp_path / "run", tmp_path / "shown", toy_robot.ROBOT, settings)
+    states = [shown.states for shown in run.task.demonstrations]
+    assert len(states) == len(bags)
+    np.testing.assert_array_equal(run.task.reference_states(), np.mean(states, axis=0))
+    for _ in range(2):
+        plan = run.prepare()
+        run.finish(plan, toy_robot.record_trial(plan, run.directory.trials_directory))
+    first, second = run.directory.metrics()
+    assert second.rmse_rad < first.rmse_rad / 2
+    run.close()
+
+
 def test_the_policy_file_holds_what_the_controller_gets(copy, reopen):
     run = reopen(copy)
     plan = run.prepare()

@@ -53,7 +53,7 @@ def test_a_new_run_has_its_configuration_and_a_copy_of_the_demonstration(run, sh
         "starts": ["last", "zero"],
         "velocity_limit": [0.5, 1.5],
     }
-    assert_same(run.demonstration(), demonstration())
+    assert_same(run.demonstrations()[0], demonstration())
     assert (run.demonstration_directory / "metadata.yaml").exists()
     assert run.iterations() == ()
     assert run.metrics() == ()
@@ -74,7 +74,22 @@ def test_the_same_again_goes_on(run, shown):
 
 def test_a_demonstration_may_be_given_as_a_file(tmp_path, shown):
     with RunDirectory(tmp_path / "run").claim({}, shown / "000_0.mcap") as claimed:
-        assert_same(claimed.demonstration(), demonstration())
+        assert_same(claimed.demonstrations()[0], demonstration())
+
+
+def test_several_demonstrations_are_a_folder_of_bags(tmp_path):
+    folder = tmp_path / "recordings"
+    bags = [write_trajectory(folder, demonstration(seed=seed)) for seed in range(3)]
+    mark_discarded(bags[1])
+    path = tmp_path / "run"
+    with RunDirectory(path).claim({}, folder) as claimed:
+        for shown, seed in zip(claimed.demonstrations(), (0, 2), strict=True):
+            assert_same(shown, demonstration(seed=seed))
+    with RunDirectory(path).claim({}, folder):
+        pass
+    write_trajectory(folder, demonstration(seed=3))
+    with pytest.raises(RunDirectoryError, match="was begun with another demonstration"):
+        RunDirectory(path).claim({}, folder)
 
 
 def test_another_configuration_is_refused_key_by_key(run, shown):
