@@ -168,6 +168,7 @@ class Controller(Node):
 
     def _apply_settings(self, settings: ControllerSettings) -> None:
         self._control.settings = settings
+        self._tell()
 
     def _tell(self) -> None:
         """Report the state of the controller on /diagnostics."""
@@ -181,6 +182,9 @@ class Controller(Node):
             level, message = WARN, "disabled"
         elif silence:
             level, message = WARN, silence
+        elif control.settings.position_margin < 0.0:
+            margin = control.settings.position_margin
+            level, message = WARN, f"position limits are not guarded (position_margin {margin:g})"
         else:
             level, message = OK, "idle"
         kind = "none" if policy is None else policy.kind

@@ -386,6 +386,20 @@ def test_without_states_policy_or_start_nothing_moves(ros):
     assert heard.messages[-1].status[0].message == "no joint state yet of: elbow, wrist"
 
 
+def test_limits_that_are_not_guarded_are_told(ros):
+    ros.start(CONTROLLER, parameters={**ROBOT, "position_margin": -0.5})
+    heard = ros.listen(DiagnosticArray, "/diagnostics", publishers=1)
+    with FakeRobot(ros, JOINTS):
+        ros.wait_for(
+            lambda: any(
+                status.level == DiagnosticStatus.WARN and "limits are not guarded" in status.message
+                for message in heard.messages
+                for status in message.status
+            ),
+            "the warning",
+        )
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_the_robot_before_the_node_ends(ros, number):
     process = ros.start(CONTROLLER, parameters={**LONG, **MOVING})
