@@ -78,6 +78,14 @@ def add_parser(subparsers: Any) -> None:
         help="Markdown file that takes the tables, between <!-- table: NAME --> and <!-- end -->; "
         "the figures go to figures/ beside it",
     )
+    parser.add_argument(
+        "--cart-pole",
+        type=Path,
+        default=Path("runs/cart_pole"),
+        metavar="DIR",
+        help="results of `irlpilco cart-pole`, whose errors stand beside Baxter's in the figure of "
+        "both methods (default: runs/cart_pole)",
+    )
     parser.set_defaults(run=run)
 
 
@@ -101,9 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
     store.folder.mkdir(parents=True, exist_ok=True)
     text = "\n".join(f"## {name}\n\n{table}\n" for name, table in tables.items())
     (store.folder / "tables.md").write_text(text, encoding="utf-8")
-    for figure in write_figures(store, seeds, store.folder / "figures"):
-        print(f"figure: {figure}")
+    folders = [store.folder / "figures"]
     if arguments.document is not None:
         fill_tables(arguments.document, tables)
-        write_figures(store, seeds, arguments.document.parent / "figures")
+        folders.append(arguments.document.parent / "figures")
+    for folder in folders:
+        for figure in write_figures(store, seeds, folder, arguments.cart_pole):
+            print(f"figure: {figure}")
     return 0

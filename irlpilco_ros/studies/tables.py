@@ -35,15 +35,15 @@ def state_of(store: ResultStore, jobs: Sequence[Job]) -> str:
     return text
 
 
-def spread(values: Sequence[float], scale: float = 1e3, digits: int = 1) -> str:
-    """Return "median (smallest to largest)" of some values, times a scale."""
+def spread(values: Sequence[float], scale: float = 1e3, form: str = ".1f") -> str:
+    """Return "median (smallest to largest)" of some values, times a scale, in that form."""
     numbers = scale * np.asarray(values, dtype=float)
     if numbers.size == 0:
         return ""
-    median = f"{np.median(numbers):.{digits}f}"
+    median = f"{np.median(numbers):{form}}"
     if numbers.size == 1:
         return median
-    return f"{median} ({numbers.min():.{digits}f} to {numbers.max():.{digits}f})"
+    return f"{median} ({numbers.min():{form}} to {numbers.max():{form}})"
 
 
 def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

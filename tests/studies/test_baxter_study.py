@@ -1,18 +1,21 @@
 """The short version of the chapter: one seed, two iterations."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
 from irlpilco_ros import cli
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.studies.baxter import headline, perturbations, second_robot
+from irlpilco_ros.studies.baxter import headline, perturbations, reproduce, second_robot
 from irlpilco_ros.studies.baxter.debris import debris_run
 from irlpilco_ros.studies.baxter.figures import write_figures
 from irlpilco_ros.studies.baxter.learning_run import learned_policy, learning_job, thesis_settings
+from irlpilco_ros.studies.baxter.reproduce_figures import cart_pole_errors
 from irlpilco_ros.studies.baxter.results import EXPERIMENTS
 from irlpilco_ros.studies.result_store import ResultStore
+from sim_bridge.joints import ARM_JOINTS
 
 pytestmark = pytest.mark.slow
 
@@ -75,9 +78,81 @@ def test_tables_and_figures_of_what_is_there(learned, tmp_path, capsys):
     assert cli.main([*words, "--seeds", "1", "--tables-only"]) == 0
     assert "| default | " in capsys.readouterr().out
     assert "1 of 3 runs." in (tmp_path / "tables.md").read_text()
-    figures = write_figures(store, range(1), tmp_path / "figures")
+    figures = write_figures(store, range(1), tmp_path / "figures", tmp_path / "cart_pole")
     assert [path.name for path in figures] == ["robot_time.svg"]
     assert "joint error, RMS [rad]" in figures[0].read_text()
+
+
+def sixteen_rows(learned):
+    """As many as the thesis's runs have, from the few that there are."""
+    return [learned["rows"][0], *learned["rows"][1:] * 8][: reproduce.ITERATIONS + 1]
+
+
+def test_figures_and_table_of_the_thesis(learned, tmp_path, capsys):
+    store = ResultStore(tmp_path / "study")
+    rows = sixteen_rows(learned)
+    for job in reproduce.jobs(range(2)):
+        store.write(job, {**learned, "rows": rows})
+    cart_pole = {"seed": 0, "method": "feature_matching", "error_6_1": 0.5}
+    (tmp_path / "results.json").write_text(json.dumps({"rows": [cart_pole] * 3}))
+    words = ["study", "baxter", "--experiments", "reproduce", "--seeds", "2", "--tables-only"]
+    assert cli.main([*words, "--out", str(store.folder), "--cart-pole", str(tmp_path)]) == 0
+    assert "| feature matching, thesis | " in capsys.readouterr().out
+    figures = store.folder / "figures"
+    joints = (figures / "joints_thesis.svg").read_text()
+    assert all(f">{name.replace('_', ' ')}<" in joints for name in ARM_JOINTS)
+    assert "± 2 standard" in joints
+    left_w2 = (figures / "left_w2_default.svg").read_text()
+    for method in ("matching", "expectations"):
+        assert all(f"feature {method}, iteration {k}<" in left_w2 for k in (1, 7, 15))
+    assert left_w2.count("replay") == 1
+    methods = (figures / "methods.svg").read_text()
+    assert methods.count("feature matching, 2 seeds") == 2
+    assert methods.count("feature matching, 1 seed<") == 1
+    assert "not measured" not in methods
+
+
+def test_without_a_cart_pole_its_panel_says_so(learned, tmp_path):
+    store = ResultStore(tmp_path)
+    store.write(reproduce.thesis_job("feature_matching", 0), learned)
+    write_figures(store, range(1), tmp_path / "figures", tmp_path / "nowhere")
+    assert (tmp_path / "figures/methods.svg").read_text().count("not measured") == 2
+
+
+def test_of_the_cart_poles_seeds_those_with_all_iterations_count(tmp_path):
+    rows = [
+        {"method": method, "seed": seed, "iteration": k, "error_6_1": 0.1 * k + seed}
+        for method, seed, count in (
+            ("feature_matching", 0, 3),
+            ("feature_matching", 1, 4),
+            ("expert", 0, 9),
+        )
+        for k in range(count)
+    ]
+    (tmp_path / "results.json").write_text(json.dumps({"rows": rows}))
+    errors = cart_pole_errors(tmp_path)
+    assert set(errors) == {"feature_matching"}
+    np.testing.assert_allclose(errors["feature_matching"], [[1.0, 1.1, 1.2, 1.3]])
+
+
+def test_computing_and_robot_time_stand_beside_the_thesiss(learned, tmp_path):
+    store = ResultStore(tmp_path)
+    rows = [{**row, "model_seconds": 2.0, "policy_seconds": 3.0} for row in sixteen_rows(learned)]
+    store.write(reproduce.thesis_job("feature_matching", 0), {**learned, "rows": rows})
+    table = EXPERIMENTS["reproduce"].table(store, range(1))
+    (line,) = [line for line in table.splitlines() if line.startswith("| feature matching, thesis")]
+    assert line.endswith("| 128 | 80 | 1 |")
+    assert "| feature expectations, reported | " in table
+    assert "| 54000 |" in table
+
+
+def test_a_row_has_the_prediction_for_its_trial(learned):
+    first, last = learned["rows"][0], learned["rows"][-1]
+    assert first["predicted"] is None
+    trial, predicted = np.array(last["positions"]), np.array(last["predicted"]["mean"])
+    assert predicted.shape == trial.shape == np.shape(last["predicted"]["deviation"])
+    assert np.sqrt(np.mean((predicted - trial) ** 2)) < 0.02
+    assert np.min(last["predicted"]["deviation"]) >= 0.0
 
 
 def test_thesis_settings_are_those_of_the_file():

@@ -33,6 +33,9 @@ from sim_bridge.joints import ARM_JOINTS
 from sim_bridge.tool_kinematics import ToolKinematics
 
 JOINTS = len(ARM_JOINTS)
+TRIAL_SECONDS = 8.0
+"""Robot time of one trial of the sweep [s]."""
+
 SEVENTH = 7
 """The iteration whose policy is put to the test: with eight trials, as many as the thesis had."""
 
@@ -177,6 +180,7 @@ def _row(
         "model_seconds": iteration.model_seconds if iteration else 0.0,
         "policy_seconds": iteration.policy_seconds if iteration else 0.0,
         "positions": _positions(trial),
+        "predicted": _prediction(iteration) if iteration else None,
         "policy": {"kind": policy.kind, **_plain(policy.to_arrays())},
     }
 
@@ -185,6 +189,16 @@ def _plain(arrays: dict[str, Array | float | int]) -> dict[str, Any]:
     return {
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in arrays.items()
+    }
+
+
+def _prediction(iteration: Iteration) -> dict[str, list[list[float]]]:
+    """Return mean and deviation of the predicted positions, shape (H + 1, J) each [rad]."""
+    variances = np.diagonal(iteration.predicted_covariances, axis1=1, axis2=2)[:, :JOINTS]
+    deviations = np.sqrt(np.maximum(variances, 0.0))
+    return {
+        "mean": iteration.predicted_means[:, :JOINTS].round(_DECIMALS).tolist(),
+        "deviation": deviations.round(_DECIMALS).tolist(),
     }
 
 

@@ -12,6 +12,8 @@ from irlpilco_ros.studies.job import Job
 EXPERIMENT = "reproduce"
 ITERATIONS = 15
 METHODS = ("feature_matching", "feature_expectations")
+THESIS_HOURS = {"feature_matching": 30, "feature_expectations": 15}
+"""Computing of 15 iterations that the thesis reports [h]."""
 
 
 def thesis_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:

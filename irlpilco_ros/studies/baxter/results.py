@@ -16,6 +16,7 @@ from irlpilco_ros.studies.baxter import (
     reproduce,
     second_robot,
 )
+from irlpilco_ros.studies.baxter.learning_run import TRIAL_SECONDS
 from irlpilco_ros.studies.job import Job, Result
 from irlpilco_ros.studies.result_store import ResultStore
 from irlpilco_ros.studies.tables import by_condition, markdown, spread
@@ -134,27 +135,38 @@ def second_robot_table(store: ResultStore, seeds: Sequence[int]) -> str:
 
 
 def reproduce_table(store: ResultStore, seeds: Sequence[int]) -> str:
-    """Return the error (6.1) [1e-3 rad^2] over the iterations, and robot and computing time."""
-    iterations = (1, 4, 7, 10, 15)
+    """Return the error (6.1) [1e-3 rad^2] over the iterations, robot and computing time."""
+    iterations = (0, 1, 4, 7, 10, 15)
+    found = by_condition(store, reproduce.jobs(seeds))
     rows = []
-    for condition, runs in by_condition(store, reproduce.jobs(seeds)).items():
-        cells = [
-            spread([run["rows"][k]["mse"] for run in runs], digits=3)
-            if len(runs[0]["rows"]) > k
-            else ""
-            for k in iterations
-        ]
-        rows.append([condition.replace("_", " "), *cells, _seconds(runs), str(len(runs))])
-    header = ["settings", *[f"k = {k}" for k in iterations], "s/iteration", "seeds"]
-    return markdown(header, rows)
+    for method, hours in reproduce.THESIS_HOURS.items():
+        name = method.replace("_", " ")
+        for settings in ("thesis", "default"):
+            runs = found.get(f"{settings}_{method}", [])
+            cells = [
+                spread([run["rows"][k]["mse"] for run in runs], form=".3g") for k in iterations
+            ]
+            times = [_robot_time(runs), spread([_computing(run) for run in runs], 1.0, ".0f")]
+            rows.append([f"{name}, {settings}", *cells, *times, str(len(runs))])
+        blank = [""] * (len(iterations) + 1)
+        rows.append([f"{name}, reported", *blank, str(3600 * hours), ""])
+    header = ["method, settings", *[f"k = {k}" for k in iterations]]
+    return markdown([*header, "robot time [s]", "computing [s]", "seeds"], rows)
+
+
+def _robot_time(runs: Sequence[Result]) -> str:
+    """Return how long the robot moved for all trials of a run [s]."""
+    return f"{TRIAL_SECONDS * len(runs[0]['rows']):.0f}" if runs else ""
+
+
+def _computing(run: Result) -> float:
+    """Return the time of learning of a whole run [s]."""
+    return float(sum(row["model_seconds"] + row["policy_seconds"] for row in run["rows"]))
 
 
 def _seconds(runs: Sequence[Result]) -> str:
     """Return the mean time of one iteration of learning [s]."""
-    times = [
-        row["model_seconds"] + row["policy_seconds"] for run in runs for row in run["rows"][1:]
-    ]
-    return f"{np.mean(times):.1f}"
+    return f"{np.mean([_computing(run) / (len(run['rows']) - 1) for run in runs]):.1f}"
 
 
 EXPERIMENTS = {
