@@ -23,6 +23,7 @@ from irlpilco_ros.learning.policies import OpenLoopPolicy, Policy
 from irlpilco_ros.learning.policy_search import SearchResult, search_policy
 from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.staged_search import StagedSearch
 from irlpilco_ros.learning.task import Task
 from irlpilco_ros.learning.threads import one_blas_thread
 from irlpilco_ros.learning.trial_data import train_on_trials
@@ -71,7 +72,7 @@ def learn(
         NumericalError: if no finite prediction can be made.
     """
     _check_trials(task, trials)
-    report = _Reporter(progress, settings.evaluations)
+    report = _Reporter(progress, settings)
     with one_blas_thread():
         weights, margin = weigh(task, settings, trials)
         began = time.perf_counter()
@@ -222,6 +223,17 @@ def _search_policy(
     deviation is many times the spread, it falls fastest by a wider prediction, and a search ends
     at policies that make the trajectory as uncertain as it is wrong.
     """
+    if settings.method == "feature_matching" and settings.stages > 1:
+        matching = _feature_matching(task, settings, weights / task.scale**2)
+        staged = StagedSearch(
+            objective,
+            matching,
+            settings.optimiser,
+            settings.stages,
+            settings.race,
+            settings.evaluations,
+        )
+        return staged.search(starts, report.policy)
     objectives = [objective]
     if settings.method == "trajectory_kl":
         matching = _feature_matching(task, settings, weights / task.scale**2)
@@ -264,9 +276,12 @@ class _Reporter:
 
     MODEL_PART = 0.3
 
-    def __init__(self, progress: Callable[[Progress], None] | None, evaluations: int) -> None:
+    def __init__(
+        self, progress: Callable[[Progress], None] | None, settings: LearningSettings
+    ) -> None:
         self._progress = progress
-        self._evaluations = evaluations
+        tries = len(dict.fromkeys(settings.starts)) + settings.stages - 2
+        self._evaluations = settings.evaluations + settings.race * tries
         self._search, self._searches = 0, 1
 
     def search(self, number: int, searches: int) -> None:

@@ -69,6 +69,14 @@ class LearningSettings:
         minimum=0,
         maximum=100000,
     )
+    stages: int = setting(
+        1,
+        "In how many stages the horizon of policy search grows, as far as the first of the starts "
+        "can follow the demonstration, each with as many evaluations as the race; 1: at once. "
+        "With feature_matching only.",
+        minimum=1,
+        maximum=1000,
+    )
     variance_weight: float = setting(
         1.0,
         "How much predicted spread costs (lambda): 1 is the expected square, 0 the thesis.",

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
-from irlpilco_ros.learning.costs.base import CostValue, discounts, predicted_features
+from irlpilco_ros.learning.costs.base import (
+    CostValue,
+    PredictedFeatures,
+    discounts,
+    predicted_features,
+)
 from irlpilco_ros.learning.features import Features
 from irlpilco_ros.learning.gaussian import Array
 
@@ -35,10 +41,9 @@ class FeatureMatching:
     def evaluate(self, means: Array, covariances: Array) -> CostValue:
         """Return the cost of means (H + 1, D) and covariances (H + 1, D, D)."""
         predicted = predicted_features(self.features, means, covariances)
-        deviations = predicted.means - self.reference
-        variances = np.diagonal(predicted.covariances, axis1=1, axis2=2)
-        factors = SCALE * discounts(self.discount, len(means) - 1)[:, None] * self.weights
-        value = float(np.sum(factors * (deviations**2 + self.variance_weight * variances)))
+        factors = self._factors()
+        deviations, squares = self._deviations(predicted)
+        value = float(np.sum(factors * squares))
         spread_bar = self.variance_weight * factors[:, :, None] * np.eye(len(self.weights))
         means_bar, covariances_bar = predicted.pull(2.0 * factors * deviations, spread_bar)
 
@@ -48,3 +53,24 @@ class FeatureMatching:
             return rows.reshape(-1, rows.shape[-1])
 
         return CostValue(value, means_bar, covariances_bar, curvature_root)
+
+    def steps(self, means: Array, covariances: Array) -> Array:
+        """Return what each step t = 0..H adds to the cost, shape (H + 1,); arguments as above."""
+        _, squares = self._deviations(predicted_features(self.features, means, covariances))
+        added: Array = np.sum(self._factors() * squares, axis=1)
+        return added
+
+    def until(self, horizon: int) -> FeatureMatching:
+        """Return the cost of the first steps alone, t = 0..horizon."""
+        return dataclasses.replace(self, reference=self.reference[: horizon + 1])
+
+    def _factors(self) -> Array:
+        """Return alpha gamma^t w, shape (H + 1, k)."""
+        horizon = len(self.reference) - 1
+        return SCALE * discounts(self.discount, horizon)[:, None] * self.weights
+
+    def _deviations(self, predicted: PredictedFeatures) -> tuple[Array, Array]:
+        """Return delta[t], and delta[t]^2 + lambda var phi[t], both of shape (H + 1, k)."""
+        deviations = predicted.means - self.reference
+        variances = np.diagonal(predicted.covariances, axis1=1, axis2=2)
+        return deviations, deviations**2 + self.variance_weight * variances

@@ -1,0 +1,127 @@
+"""Growing horizons: how far a policy follows, who wins, and where a search stops."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from toy_models import LaggingJoints, toy_model, toy_task
+
+from irlpilco_ros.learning.costs import FeatureMatching
+from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.features import JointPositions
+from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.initial_policy import initial_policy
+from irlpilco_ros.learning.irl_pilco import learn
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.policies import LinearPhasePolicy
+from irlpilco_ros.learning.staged_search import StagedSearch
+from irlpilco_ros.learning.state_layout import StateLayout
+
+HORIZON = 12
+
+
+@pytest.fixture(scope="module")
+def problem():
+    steps = np.arange(HORIZON + 1.0)
+    reference = np.stack([0.3 * np.sin(0.5 * steps), 0.3 * np.sin(0.9 * steps)], axis=1)
+    cost = FeatureMatching(JointPositions(2), reference, np.array([0.6, 0.8]))
+    start = Gaussian(np.zeros(4), 1e-4 * np.eye(4))
+    return Objective(toy_model(6, 4, points=30), start, HORIZON, StateLayout(4), cost)
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    zero = np.zeros((2, HORIZON))
+    return LinearPhasePolicy(np.zeros((2, 4)), zero, HORIZON, np.array([1.0, 0.8]))
+
+
+@pytest.fixture(scope="module")
+def staged(problem):
+    return StagedSearch(problem, problem.cost, "bfgs", stages=4, tries=6, evaluations=12)
+
+
+def test_horizons_grow_to_the_whole_and_tiny_ones_are_left_out(staged):
+    assert staged.horizons == (6, 9, 12)
+    assert dataclasses.replace(staged, stages=1).horizons == (12,)
+
+
+def test_a_policy_reaches_as_far_as_it_follows(staged, nothing):
+    followed = easy(staged, nothing)
+    assert followed.reach(nothing) == HORIZON
+    for step, stage in ((2, 6), (6, 6), (7, 9), (11, HORIZON)):
+        reference = followed.cost.reference.copy()
+        reference[step] += 10.0
+        assert with_reference(followed, reference).reach(nothing) == stage
+
+
+def test_where_nothing_can_be_predicted_the_demonstration_is_lost(staged, nothing):
+    class Blind:
+        def predict(self, *_, **__):
+            raise NumericalError("not finite")
+
+    blind = dataclasses.replace(staged.objective, model=Blind())
+    assert dataclasses.replace(staged, objective=blind).reach(nothing) == 6
+
+
+def test_finding_back_to_the_demonstration_gains_nothing(problem, staged, nothing):
+    evaluation = problem.evaluate(nothing)
+    trajectory = evaluation.trajectory
+    steps = problem.cost.steps(trajectory.means, trajectory.covariances)
+    assert steps.sum() == pytest.approx(evaluation.value, rel=1e-12)
+    assert steps[0] == 0.0
+    expected = sum(max(steps[: t + 1]) for t in range(HORIZON + 1))
+    assert staged.lasting_cost(nothing, HORIZON) == pytest.approx(expected, rel=1e-12)
+    assert expected > evaluation.value + 1.0  # it does come nearer at times
+
+
+def test_what_is_lost_early_is_searched_there_only(staged, nothing):
+    hopeless, seen = with_reference(staged, staged.cost.reference + 5.0), []
+    found = hopeless.search([nothing, nothing], lambda _, n: seen.append(n))
+    assert seen == list(range(1, len(seen) + 1))
+    assert found.evaluations == len(seen) <= 3 * 7 + 13  # one stage, two rivals, and on from there
+    begun = hopeless.until(6)
+    assert begun.evaluate(found.policy).value < begun.evaluate(nothing).value
+    assert found.cost == pytest.approx(hopeless.objective.evaluate(found.policy).value, rel=1e-12)
+
+
+def test_what_is_followed_is_searched_to_the_end_and_the_best_start_wins(staged, nothing):
+    followed = easy(staged, nothing)
+    other = nothing.with_parameters(0.5 * np.random.default_rng(0).standard_normal(32))
+    assert followed.lasting_cost(other, HORIZON) > followed.lasting_cost(nothing, HORIZON)
+    still = dataclasses.replace(followed, tries=0, evaluations=0)
+    for starts in ([nothing, other], [other, nothing]):
+        assert still.search(starts).cost == followed.objective.evaluate(nothing).value
+    assert followed.search([nothing]).cost < 0.9 * followed.objective.evaluate(nothing).value
+
+
+def easy(staged, policy):
+    """Return the task of doing what a policy does, of steps that may all be far off."""
+    trajectory = staged.objective.evaluate(policy).trajectory
+    reference = trajectory.means[:, :2] + 0.05
+    reference[0] += 10.0  # the first step costs nothing, but counts where features are large
+    return with_reference(staged, reference)
+
+
+def with_reference(staged, reference):
+    cost = dataclasses.replace(staged.cost, reference=reference)
+    objective = dataclasses.replace(staged.objective, cost=cost)
+    return dataclasses.replace(staged, cost=cost, objective=objective)
+
+
+@pytest.mark.parametrize("method", ["feature_matching", "feature_expectations"])
+def test_learning_in_stages_improves_and_tells_how_far_it_is(method):
+    task = toy_task()
+    settings = LearningSettings(
+        method=method, phase_count=6, threads=1, stages=3, starts=("inverse", "last"), race=4
+    )
+    first, seen = initial_policy(task, settings), []
+    trials = [LaggingJoints().run(first, task.reference_states()[0])]
+    found = learn(task, settings, trials, progress=seen.append)
+    plain = learn(task, dataclasses.replace(settings, stages=1), trials)
+    fractions = [progress.fraction for progress in seen]
+    assert (np.diff(fractions) >= 0.0).all()
+    assert fractions[-1] <= 1.0
+    assert found.cost < 1.2 * plain.cost
+    same = np.array_equal(found.policy.parameters, plain.policy.parameters)
+    assert same == (method == "feature_expectations")
