@@ -72,15 +72,25 @@ class Belief:
     Attributes:
         penalty: ([log l, log s, log noise] (P + 2,), log scales (P,)) -> value and gradient.
         start: log scales (P,) -> log l (P,) at which an unprejudiced search starts.
+        loudness: Signal and noise at which each search starts, relative to the targets' scale;
+            the first search may start from known hyperparameters instead.
     """
 
     penalty: Callable[[Array, Array], tuple[float, Array]]
     start: Callable[[Array], Array]
+    loudness: tuple[tuple[float, float], ...]
 
+
+_PILCO_LOUDNESS = (1.0, 0.1)
+_LOUD = (4.0, 0.04)
+"""From PILCO's start some searches end where all is noise, and those of later iterations never
+leave it (measured: a joint 20 mrad off for good, 200 nats below what this start finds)."""
 
 HYPERPRIORS: dict[Hyperprior, Belief] = {
-    "dimension_scaled": Belief(dimension_scaled, expected_log_lengthscales),
-    "pilco": Belief(pilco_curb, lambda log_scales: log_scales),
+    "dimension_scaled": Belief(
+        dimension_scaled, expected_log_lengthscales, (_PILCO_LOUDNESS, _LOUD)
+    ),
+    "pilco": Belief(pilco_curb, lambda log_scales: log_scales, (_PILCO_LOUDNESS,)),
 }
 
 

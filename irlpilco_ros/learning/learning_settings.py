@@ -101,7 +101,7 @@ class LearningSettings:
         0.0, "The task counts as learned when the margin is at most this (epsilon).", minimum=0.0
     )
     velocity_limit_factor: float = setting(
-        2.0,
+        3.0,
         "Largest control of the policy, relative to the demonstration's largest speed.",
         minimum=1.0,
         maximum=100.0,

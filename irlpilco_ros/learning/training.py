@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,11 +51,14 @@ class _Scales:
         height = np.maximum(height, np.maximum(1e-3 * size, _SMALLEST_SCALE))
         return _Scales(np.log(spread), np.log(height))
 
-    def start(self, belief: Belief) -> Array:
-        """Return where a cold search starts, [log l, log s, log noise], of shape (E, P + 2)."""
+    def starts(self, belief: Belief) -> list[Array]:
+        """Return where cold searches start, [log l, log s, log noise], of shape (E, P + 2) each."""
         lengthscales = np.tile(belief.start(self.inputs), (len(self.targets), 1))
         height = self.targets[:, None]
-        return np.hstack([lengthscales, height, height - math.log(10.0)])
+        return [
+            np.hstack([lengthscales, height + math.log(signal), height + math.log(noise)])
+            for signal, noise in belief.loudness
+        ]
 
     def bounds(self, a: int) -> Array:
         """Return the box of the search for output a, of shape (P + 2, 2)."""
@@ -95,7 +98,8 @@ def train(
         max_exact_points: With more points than this, the hyperparameters come from this many
             points, evenly spread over the data in their order, and the model is sparse: see
             `DynamicsModel.condition`.
-        hyperprior: What is believed of the hyperparameters before any data.
+        hyperprior: What is believed of the hyperparameters before any data. With
+            "dimension_scaled" there is a second search, and what has more evidence counts.
 
     Raises:
         InvalidSettingError: if shapes disagree or the data are not finite.
@@ -107,7 +111,9 @@ def train(
     residuals = targets - inputs @ prior.T
     scales = _Scales.of(inputs, residuals)
     belief = HYPERPRIORS[hyperprior]
-    start = scales.start(belief) if warm_start is None else _stack(warm_start, outputs, size)
+    starts = scales.starts(belief)
+    if warm_start is not None:
+        starts[0] = _stack(warm_start, outputs, size)
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_exact_points)).astype(int)
     points, values = inputs[chosen], residuals[chosen]
     report = _Progress(progress, outputs)
@@ -116,7 +122,7 @@ def train(
         found = _maximise_evidence(
             points,
             values[:, a],
-            start[a],
+            [start[a] for start in starts],
             scales.bounds(a),
             lambda parameters: belief.penalty(parameters, scales.inputs),
             max_evaluations,
@@ -135,7 +141,7 @@ def train(
 def _maximise_evidence(
     inputs: Array,
     targets: Array,
-    start: Array,
+    starts: Sequence[Array],
     bounds: Array,
     penalty: Callable[[Array], tuple[float, Array]],
     max_evaluations: int,
@@ -147,15 +153,18 @@ def _maximise_evidence(
         extra, slope = penalty(parameters)
         return value + extra, gradient + slope
 
-    result = optimize.minimize(
-        objective,
-        np.clip(start, bounds[:, 0], bounds[:, 1]),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"maxfun": max_evaluations, "maxiter": max_evaluations, "maxcor": 20},
-    )
-    best: Array = result.x
+    results = [
+        optimize.minimize(
+            objective,
+            np.clip(start, bounds[:, 0], bounds[:, 1]),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"maxfun": max_evaluations, "maxiter": max_evaluations, "maxcor": 20},
+        )
+        for start in starts
+    ]
+    best: Array = min(results, key=lambda result: float(result.fun)).x
     return best
 
 

@@ -1,5 +1,7 @@
 """Training: the original's optima, warm starts, threads, progress, odd data."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from block_checks import golden_cases
@@ -7,13 +9,13 @@ from dynamics_examples import example_data, example_hyperparameters
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.evidence import negative_log_evidence
-from irlpilco_ros.learning.hyperprior import pilco_curb
+from irlpilco_ros.learning.hyperprior import dimension_scaled, pilco_curb
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.prior_mean import velocity_prior
 from irlpilco_ros.learning.training import train
 
 
-def curbed_evidence(inputs, targets, hyperparameters, a):
+def evidence(penalty, inputs, targets, hyperparameters, a):
     parameters = np.concatenate(
         [
             hyperparameters.log_lengthscales[a],
@@ -21,7 +23,11 @@ def curbed_evidence(inputs, targets, hyperparameters, a):
         ]
     )
     value = negative_log_evidence(inputs, targets[:, a], parameters)[0]
-    return value + pilco_curb(parameters, np.log(inputs.std(axis=0, ddof=1)))[0]
+    return value + penalty(parameters, np.log(inputs.std(axis=0, ddof=1)))[0]
+
+
+curbed_evidence = partial(evidence, pilco_curb)
+scaled_evidence = partial(evidence, dimension_scaled)
 
 
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("train")))
@@ -67,6 +73,23 @@ def test_warm_start_needs_fewer_evaluations():
     for a in range(2):
         lost = [curbed_evidence(x, y, h, a) - curbed_evidence(x, y, best, a) for h in (warm, cold)]
         assert lost[0] <= max(0.2 * lost[1], 1e-3)
+
+
+def test_a_warm_start_where_all_is_noise_is_left():
+    rng = np.random.default_rng(2)
+    x = rng.standard_normal((40, 3))
+    y = np.sin(0.5 * x @ rng.standard_normal((3, 2))) + 0.01 * rng.standard_normal((40, 2))
+    cold = train(x, y, hyperprior="dimension_scaled")
+    quiet, loud = np.log(1e-2 * y.std(axis=0)), np.log(y.std(axis=0))
+    trap = Hyperparameters(np.full((2, 3), 3.0), quiet, loud)
+    found = train(x, y, warm_start=trap, max_evaluations=40, hyperprior="dimension_scaled")
+    for a in range(2):
+        best, reached, start = (
+            scaled_evidence(x, y, each, a)
+            for each in (cold.hyperparameters, found.hyperparameters, trap)
+        )
+        assert start > best + 20.0
+        assert reached < best + 1.0
 
 
 def test_the_prior_mean_is_taken_off_first():

@@ -27,6 +27,7 @@ CHANGES: dict[str, dict[str, Any]] = {
     "uniform weights": {"weight_rule": "uniform"},
     "no weight floor": {"weight_floor": 0.0},
     "velocity limit 1.5": {"velocity_limit_factor": 1.5},
+    "velocity limit 2": {"velocity_limit_factor": 2.0},
     "40 evaluations": {"evaluations": 40},
 }
 """Settings of each variant, by its name."""
