@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import time
 from pathlib import Path
 from typing import Any
 
@@ -41,9 +40,9 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--expert-trials",
         type=int,
-        default=8,
+        default=7,
         metavar="N",
-        help="after which an expert gives up (default: 8)",
+        help="after which an expert gives up (default: 7)",
     )
     parser.add_argument(
         "--methods",
@@ -86,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     values = load_parameters_file(arguments.settings or config_file("swing_up.yaml"), "learner")
     settings = settings_from_parameters(LearningSettings, values)
+    cart_pole_runs.claim(out, demonstration, settings)
     runs = cart_pole_page.Runs(demonstration, {}, {method: {} for method in arguments.methods})
     for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
         with ProgressDisplay(f"expert, seed {seed}") as display:
@@ -95,7 +95,6 @@ def run(arguments: argparse.Namespace) -> int:
         print(cart_pole_page.expert_line(seed, runs.expert[seed]), flush=True)
         for method in arguments.methods:
             with ProgressDisplay(f"{method}, seed {seed}") as display:
-                began = time.perf_counter()
                 runs.imitation[method][seed] = cart_pole_runs.run_imitation(
                     out / method / f"seed_{seed:02d}",
                     demonstration,
@@ -107,6 +106,6 @@ def run(arguments: argparse.Namespace) -> int:
             line = cart_pole_page.imitation_line(
                 method, seed, demonstration, runs.imitation[method][seed]
             )
-            print(f"{line}; {time.perf_counter() - began:.0f} s now", flush=True)
+            print(line, flush=True)
     print(f"page: {cart_pole_page.write_page(out, runs)}")
     return 0

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,8 +60,7 @@ def expert_line(seed: int, records: Sequence[TrialRecord]) -> str:
     """Say how an expert fared."""
     count = len(records)
     end = f"held in trial {count}" if records[-1].held else f"not held in {count} trials"
-    seconds = sum(record.seconds for record in records)
-    return f"expert, seed {seed}: {end}; {seconds:.0f} s computing"
+    return f"expert, seed {seed}: {end}; {_computing(records)}"
 
 
 def imitation_line(
@@ -71,12 +70,17 @@ def imitation_line(
     first = first_held(records)
     held = "never held" if first is None else f"first held in iteration {first}"
     last = records[-1]
-    seconds = sum(record.seconds for record in records)
     return (
         f"{method}, seed {seed}: {held}; after iteration {len(records) - 1} "
         f"theta {theta_rms(demonstration, last):.3f} rad off, "
-        f"{'held' if last.held else 'not held'}; {seconds:.0f} s computing"
+        f"{'held' if last.held else 'not held'}; {_computing(records)}"
     )
+
+
+def _computing(records: Sequence[TrialRecord]) -> str:
+    seconds = sum(record.seconds for record in records)
+    cpu_seconds = sum(record.cpu_seconds for record in records)
+    return f"{seconds:.0f} s computing ({cpu_seconds:.0f} s of CPU)"
 
 
 def first_held(records: Sequence[TrialRecord]) -> int | None:
@@ -85,7 +89,15 @@ def first_held(records: Sequence[TrialRecord]) -> int | None:
 
 
 def write_page(out: Path, runs: Runs) -> Path:
-    """Write everything into the folder and return the page's path."""
+    """Write everything into the folder and return the page's path.
+
+    results.json has `rows`, one for every trial, as results.csv: method ("expert",
+    "feature_matching", "feature_expectations"), seed, iteration (0 is the first trial, before
+    anything was learned), held, tip_worst_of_last_second_m [m], computing_s and computing_cpu_s
+    [s] of its policy, robot_s [s] so far; and for imitation theta_rms_rad [rad] and error_6_1, the
+    mean squared error (6.1) over the features (x, sin, cos) and the steps t = 1..H. Besides, a
+    summary by the name of each method, with lists over the seeds in `seeds`.
+    """
     rows = _rows(runs)
     _write(out / "results.json", json.dumps({"rows": rows, **_summary(runs)}, indent=1))
     _write(out / "results.csv", _csv(rows))
@@ -109,6 +121,7 @@ def _rows(runs: Runs) -> list[dict[str, Any]]:
                     "held": record.held,
                     "tip_worst_of_last_second_m": round(record.worst_of_last_second, 4),
                     "computing_s": round(record.seconds, 2),
+                    "computing_cpu_s": round(record.cpu_seconds, 2),
                     "robot_s": round((index + 1) * HORIZON * CONTROL_PERIOD, 3),
                 }
                 if method != "expert":
@@ -132,10 +145,11 @@ def _summary(runs: Runs) -> dict[str, Any]:
     trials = [len(r) if r[-1].held else math.inf for r in runs.expert.values()]
     summary: dict[str, Any] = {
         "expert": {
-            "seeds": len(trials),
+            "seeds": list(runs.expert),
+            "trials": [count if math.isfinite(count) else None for count in trials],
             "held_within_7_trials": sum(count <= 7 for count in trials),
             "median_trials": statistics.median(trials),
-            "computing_s": [round(sum(t.seconds for t in r), 1) for r in runs.expert.values()],
+            **_times(runs.expert),
         }
     }
     for method, seeds in runs.imitation.items():
@@ -146,17 +160,26 @@ def _summary(runs: Runs) -> dict[str, Any]:
         ]
         last = [theta_rms(runs.demonstration, records[-1]) for records in seeds.values()]
         summary[method] = {
-            "seeds": len(seeds),
+            "seeds": list(seeds),
             "iterations": max(len(records) - 1 for records in seeds.values()),
             "first_held": firsts,
             "held_by_4": sum(first is not None and first <= 4 for first in firsts),
             "theta_rms_last_rad": [round(value, 3) for value in last],
             "theta_rms_best_rad": [round(value, 3) for value in reached],
             "follows_by_the_end": sum(value <= FOLLOWS_WITHIN for value in reached),
+            "follows_at_the_end": sum(value <= FOLLOWS_WITHIN for value in last),
             "held_at_the_end": sum(records[-1].held for records in seeds.values()),
-            "computing_s": [round(sum(t.seconds for t in r), 1) for r in seeds.values()],
+            **_times(seeds),
         }
     return summary
+
+
+def _times(seeds: Mapping[int, Sequence[TrialRecord]]) -> dict[str, list[float]]:
+    """Return what computing took for each seed [s]."""
+    return {
+        "computing_s": [round(sum(t.seconds for t in r), 1) for r in seeds.values()],
+        "computing_cpu_s": [round(sum(t.cpu_seconds for t in r), 1) for r in seeds.values()],
+    }
 
 
 def _table(runs: Runs) -> list[str]:
@@ -168,22 +191,55 @@ def _table(runs: Runs) -> list[str]:
         f"Trials of {HORIZON * CONTROL_PERIOD:g} s; held: the tip within 0.15 m of the point above "
         "the track's origin for the last second.",
         "",
-        "| | seeds | held | held at the end | best θ RMS by then, median [rad] | within 0.1 rad | "
-        "computing, median [s] |",
-        "|---|---|---|---|---|---|---|",
-        f"| expert (classical PILCO) | {expert['seeds']} | {expert['held_within_7_trials']} "
-        f"within 7 trials, median {expert['median_trials']} | | | | "
-        f"{statistics.median(expert['computing_s']):.0f} |",
+        "| | seeds | held | held at the end | theta within 0.1 rad by then, at the end | "
+        "median theta RMS at the end [rad] | computing: median, largest [s] | "
+        "of CPU: median, largest [s] |",
+        "|---|---|---|---|---|---|---|---|",
+        f"| expert (classical PILCO) | {len(expert['seeds'])} | {expert['held_within_7_trials']} "
+        f"within 7 trials, median {expert['median_trials']:g} | | | | {_middle_and_most(expert)} |",
     ]
     for method in runs.imitation:
         values = summary[method]
         lines.append(
             f"| {method.replace('_', ' ')}, {values['iterations']} iterations | "
-            f"{values['seeds']} | "
+            f"{len(values['seeds'])} | "
             f"{values['held_by_4']} by iteration 4 | {values['held_at_the_end']} | "
-            f"{statistics.median(values['theta_rms_best_rad']):.3f} | "
-            f"{values['follows_by_the_end']} | {statistics.median(values['computing_s']):.0f} |"
+            f"{values['follows_by_the_end']}, {values['follows_at_the_end']} | "
+            f"{statistics.median(values['theta_rms_last_rad']):.3f} | {_middle_and_most(values)} |"
         )
+    return [*lines, "", *_seeds_table(summary, list(runs.imitation))]
+
+
+def _middle_and_most(values: Mapping[str, Any]) -> str:
+    return " | ".join(
+        f"{statistics.median(values[name]):.0f}, {max(values[name]):.0f}"
+        for name in ("computing_s", "computing_cpu_s")
+    )
+
+
+def _seeds_table(summary: Mapping[str, Any], methods: Sequence[str]) -> list[str]:
+    """Return the lines of a table with one row for each run."""
+    lines = [
+        "| method | seed | first held in | best theta RMS [rad] | theta RMS at the end [rad] | "
+        "computing [s] | of CPU [s] |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name in ("expert", *methods):
+        values, none = summary[name], ["" for _ in summary[name]["seeds"]]
+        columns = zip(
+            values["seeds"],
+            values["trials" if name == "expert" else "first_held"],
+            values.get("theta_rms_best_rad", none),
+            values.get("theta_rms_last_rad", none),
+            values["computing_s"],
+            values["computing_cpu_s"],
+            strict=True,
+        )
+        unit = "trial" if name == "expert" else "iteration"
+        for seed, first, *others in columns:
+            held = "not" if first is None else f"{unit} {first}"
+            cells = [name.replace("_", " "), seed, held, *others]
+            lines.append("| " + " | ".join(str(cell) for cell in cells) + " |")
     return lines
 
 

@@ -7,7 +7,9 @@ a run that was interrupted goes on where it stood.
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import io
+import json
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.learning.costs import StateCost
+from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gaussian import Gaussian
 from irlpilco_ros.learning.irl_pilco import initial_policy, learn
 from irlpilco_ros.learning.iteration import Iteration, Progress
@@ -61,12 +64,14 @@ class TrialRecord:
 
     Attributes:
         rollout: What happened, as measured.
-        seconds: Computing that its policy took [s]; 0 for the first trial.
+        seconds: Computing that its policy took, by the clock [s]; 0 for the first trial.
+        cpu_seconds: The same in processor time, of all threads [s]; a busy machine changes it less.
         learned: What was learned for it; empty for the first trial.
     """
 
     rollout: Rollout
     seconds: float
+    cpu_seconds: float
     learned: dict[str, Any]
 
     @property
@@ -96,7 +101,8 @@ class TrialRecord:
         stream = io.BytesIO()
         own = {"states": self.rollout.states, "controls": self.rollout.controls}
         learned = {f"learned_{name}": value for name, value in self.learned.items()}
-        arrays: dict[str, Any] = {"seconds": self.seconds, **own, **learned}
+        times = {"seconds": self.seconds, "cpu_seconds": self.cpu_seconds}
+        arrays: dict[str, Any] = {**times, **own, **learned}
         np.savez(stream, **arrays)
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, stream.getvalue())
@@ -111,7 +117,40 @@ class TrialRecord:
                 if name.startswith("learned_")
             }
             rollout = Rollout(arrays["states"], arrays["controls"])
-            return TrialRecord(rollout, float(arrays["seconds"]), learned)
+            times = float(arrays["seconds"]), float(arrays["cpu_seconds"])
+            return TrialRecord(rollout, *times, learned)
+
+
+def claim(out: Path, demonstration: Rollout, settings: LearningSettings) -> None:
+    """Write down what the runs in a folder are made with, before the first of them.
+
+    Args:
+        out: The folder.
+        demonstration: What is imitated.
+        settings: How; the method is left out, for there is a folder for each.
+
+    Raises:
+        InvalidSettingError: if the folder has runs that were made with something else.
+    """
+    own: dict[str, Any] = {
+        "demonstration": hashlib.sha256(demonstration.states.tobytes()).hexdigest()[:16],
+        "imitation": dataclasses.asdict(settings),
+        "expert": dataclasses.asdict(EXPERT_SETTINGS),
+    }
+    del own["imitation"]["method"]
+    own = json.loads(json.dumps(own))
+    file = out / "settings.json"
+    if not file.exists():
+        out.mkdir(parents=True, exist_ok=True)
+        write_atomically(file, json.dumps(own, indent=1).encode())
+        return
+    found = json.loads(file.read_text())
+    differ = [name for name, value in own.items() if found.get(name) != value]
+    if differ:
+        raise InvalidSettingError(
+            f"{out} has runs made with other settings ({', '.join(differ)}; see {file}); "
+            "choose another folder with --out, or remove this one"
+        )
 
 
 def expert_task() -> ControlTask:
@@ -156,10 +195,10 @@ def run_expert(folder: Path, seed: int, trials: int, tell: Tell) -> list[TrialRe
     robot = _Robot(seed)
     records = list(_stored(folder, robot))
     if not records:
-        records.append(_keep(folder, 0, robot.run(random_controls(task, seed)), 0.0, {}))
+        records.append(_keep(folder, 0, robot.run(random_controls(task, seed)), (0.0, 0.0), {}))
     while not records[-1].held and len(records) < trials:
         number = len(records)
-        began = time.perf_counter()
+        clock = _Clock()
         previous = _pilco_iteration(records[-1]) if number > 1 else None
         found = improve(
             task,
@@ -168,9 +207,8 @@ def run_expert(folder: Path, seed: int, trials: int, tell: Tell) -> list[TrialRe
             previous,
             _counting(tell, f"trial {number + 1}", settings.evaluations),
         )
-        seconds = time.perf_counter() - began
-        learned = _learned_by_pilco(found)
-        records.append(_keep(folder, number, robot.run(found.policy), seconds, learned))
+        times, learned = clock.read(), _learned_by_pilco(found)
+        records.append(_keep(folder, number, robot.run(found.policy), times, learned))
     return records
 
 
@@ -196,10 +234,11 @@ def run_imitation(
     robot = _Robot(seed)
     records = list(_stored(folder, robot))
     if not records:
-        records.append(_keep(folder, 0, robot.run(initial_policy(task, settings)), 0.0, {}))
+        first = robot.run(initial_policy(task, settings))
+        records.append(_keep(folder, 0, first, (0.0, 0.0), {}))
     while len(records) <= iterations:
         number = len(records)
-        began = time.perf_counter()
+        clock = _Clock()
         found = learn(
             task,
             settings,
@@ -207,8 +246,8 @@ def run_imitation(
             Iteration.from_arrays(records[-1].learned) if number > 1 else None,
             _fraction(tell, f"iteration {number}"),
         )
-        seconds = time.perf_counter() - began
-        records.append(_keep(folder, number, robot.run(found.policy), seconds, found.to_arrays()))
+        times, learned = clock.read(), found.to_arrays()
+        records.append(_keep(folder, number, robot.run(found.policy), times, learned))
     return records
 
 
@@ -218,6 +257,16 @@ def _counting(tell: Tell, stage: str, evaluations: int) -> Callable[[float, int]
 
 def _fraction(tell: Tell, stage: str) -> Callable[[Progress], None]:
     return lambda progress: tell(stage, progress.fraction)
+
+
+class _Clock:
+    """Time since it was made, by the clock and of the processors [s]."""
+
+    def __init__(self) -> None:
+        self._began = time.perf_counter(), time.process_time()
+
+    def read(self) -> tuple[float, float]:
+        return time.perf_counter() - self._began[0], time.process_time() - self._began[1]
 
 
 class _Robot:
@@ -247,9 +296,13 @@ def _stored(folder: Path, robot: _Robot) -> Iterator[TrialRecord]:
 
 
 def _keep(
-    folder: Path, number: int, rollout: Rollout, seconds: float, learned: dict[str, Any]
+    folder: Path,
+    number: int,
+    rollout: Rollout,
+    times: tuple[float, float],
+    learned: dict[str, Any],
 ) -> TrialRecord:
-    record = TrialRecord(rollout, seconds, learned)
+    record = TrialRecord(rollout, *times, learned)
     record.write(_file(folder, number))
     return record
 

@@ -24,7 +24,7 @@ from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.policy_search import SearchProgress, SearchResult, search_policy
 
 _SHORTEST = 4  # steps: fewer say next to nothing about a policy
-_LOST = 0.5  # of the features' weighted variance along the demonstration, in one step
+_LOST = 0.25  # of the features' weighted variance along the demonstration, in one step
 
 
 @dataclasses.dataclass(frozen=True)
