@@ -13,6 +13,7 @@ A prior mean A x adds A to V and leaves R as it is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -24,7 +25,7 @@ from irlpilco_ros.learning.gaussian import Array, Moments, Pullback, symmetric
 from irlpilco_ros.learning.output_moments import OutputMoments, output_moments
 from irlpilco_ros.learning.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.posterior import Posterior
-from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
+from irlpilco_ros.learning.threads import Task, one_blas_thread, run_parallel
 
 Method: TypeAlias = Literal["first_order", "exact"]
 
@@ -69,10 +70,10 @@ def match_moments(
     covariance = symmetric(covariance)
     pairs = None
     with one_blas_thread():
-        displacements = Displacements.of(posterior.points, mean)
+        displacements = Task(partial(Displacements.of, posterior.points, mean))
         outputs = _all_outputs(posterior, displacements, covariance, gradient, threads)
         if method == "exact":
-            pairs = all_pairs(posterior, displacements, covariance, gradient, threads)
+            pairs = all_pairs(posterior, displacements.result(), covariance, gradient, threads)
     remainder, above = _remainder(posterior, outputs, pairs, covariance)
     jacobian = outputs.jacobian + prior_mean
     moments = Moments(
@@ -163,7 +164,7 @@ def _remainder(
 
 def _all_outputs(
     posterior: Posterior,
-    displacements: Displacements,
+    displacements: Task[Displacements],
     covariance: Array,
     gradient: bool,
     threads: int,

@@ -110,7 +110,7 @@ def _weighted_sum(weights: Array, stack: Array) -> Array:
 def output_moments(
     posterior: Posterior,
     group: slice,
-    displacements: Displacements,
+    all_displacements: Task[Displacements],
     covariance: Array,
     gradient: bool,
     threads: int,
@@ -120,7 +120,8 @@ def output_moments(
     Args:
         posterior: Of all outputs.
         group: Which outputs.
-        displacements: Of the supporting points from m.
+        all_displacements: Of the supporting points from m: one of the threads makes them while
+            others begin with the inverses.
         covariance: S, of shape (P, P).
         gradient: False saves the work for the pullback.
         threads: With more than one, derivatives are left to helpers, who find the time for them
@@ -129,7 +130,7 @@ def output_moments(
     Raises:
         NumericalError: if the covariance is indefinite.
     """
-    displacements = displacements.select(group)
+    all_displacements.run()
     squares = posterior.lengthscales_squared[group]
     count = len(squares)
     precisions, log_determinants = regularised_inverse(
@@ -137,6 +138,7 @@ def output_moments(
     )
     precisions[count:] *= 0.5
     precision = precisions[:count]
+    displacements = all_displacements.result().select(group)
     forms = displacements.quadratic_forms(precisions)
     log_signal = np.log(posterior.signal_variance[group])
 
