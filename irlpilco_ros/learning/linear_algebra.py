@@ -16,6 +16,7 @@ from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array, symmetric
 from irlpilco_ros.learning.threads import scratch
 
+_one_at_a_time = threading.Lock()  # calls as short as an inversion's fight for the GIL
 _SMALL = 12  # triangles of up to this size are LAPACK's, which has no special way with them
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
@@ -32,7 +33,8 @@ def _inverses(factors: Array) -> Array:
     count, n, _ = factors.shape
     if n <= _SMALL:
         return np.asarray(np.linalg.inv(factors), dtype=np.float64)
-    return _workspace(threading.get_ident(), count, n).inverses(factors)
+    with _one_at_a_time:
+        return _workspace(threading.get_ident(), count, n).inverses(factors)
 
 
 @lru_cache(maxsize=16)
