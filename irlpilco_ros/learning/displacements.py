@@ -40,8 +40,8 @@ class Displacements:
         np.subtract(points, mean[:, None], out=rows[:, :size])
         rows[:, size:] = rows[:, :shifts]
         outer, row, column = rows.strides
-        shifted = np.lib.stride_tricks.as_strided(
-            rows, (groups, shifts, size, n), (outer, row, row, column)
+        shifted: Array = np.ndarray(
+            (groups, shifts, size, n), rows.dtype, rows, 0, (outer, row, row, column)
         )
         products = (shifted * rows[:, None, :size]).reshape(groups, shifts * size, n)
         rows[:, size] = 1.0
