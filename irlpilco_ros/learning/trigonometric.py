@@ -47,9 +47,9 @@ def sine_moments(angles: Gaussian) -> tuple[Moments, Pullback]:
 
 
 def _damped_hyperbolics(S: Array, variances: Array) -> tuple[Array, Array, Array]:
-    """Return p sinh S, p (cosh S - 1) and p = exp(-(s_i + s_j)/2), without cancellation or overflow.
+    """Return p sinh S, p (cosh S - 1) and p = exp(-(s_i + s_j)/2), without cancellation.
 
-    |S_ij| is at most (s_i + s_j)/2, so that only the factors can overflow, never the products.
+    Nor do they overflow: |S_ij| is at most (s_i + s_j)/2, so that only factors could, not products.
     """
     half_sum = 0.5 * (variances[:, None] + variances)
     both = np.exp(-half_sum)
