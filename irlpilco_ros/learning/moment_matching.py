@@ -67,6 +67,7 @@ def match_moments(
         NumericalError: if the input is not finite or its covariance is indefinite.
     """
     _check_input(prior_mean, mean, covariance, method)
+    threads = min(threads, len(posterior.groups))  # less is not worth sharing
     covariance = symmetric(covariance)
     pairs = None
     with one_blas_thread():
@@ -113,16 +114,14 @@ class _Matched:
         """Pull derivatives by mean (E,), covariance (E, E) and Jacobian (E, P) back to m and S."""
         bar, own = symmetric(covariance_bar), self.outputs.jacobian
         jacobian = own + self.prior_mean
-        # Through (A + V) S (A + V)'.
-        jacobian_total = jacobian_bar + 2.0 * bar @ jacobian @ self.covariance
-        s_bar = jacobian.T @ bar @ jacobian
-        # Through R: variances and pairs, minus what V S V' has taken away from them.
-        variance_bar = np.where(self.above, np.diagonal(bar), 0.0)
-        taken = np.diag(variance_bar)
+        diagonal = bar.diagonal()
+        # Through (A + V) S (A + V)', and through R: variances and pairs, minus V S V'.
+        variance_bar = np.where(self.above, diagonal, 0.0)
+        turned, taken = bar @ jacobian, variance_bar[:, None] * own
         if self.pairs is not None:
-            taken = bar - np.diag(np.diagonal(bar) - variance_bar)
-        jacobian_total = jacobian_total - 2.0 * taken @ own @ self.covariance
-        s_bar = s_bar - own.T @ taken @ own
+            taken += (bar - np.diag(diagonal)) @ own
+        jacobian_total = jacobian_bar + 2.0 * (turned - taken) @ self.covariance
+        s_bar = jacobian.T @ turned - own.T @ taken
         m_bar = self.prior_mean.T @ mean_bar
         if self.pairs is not None:
             between = bar - np.diag(np.diagonal(bar))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ def bumps_moments(bumps: Bumps, state: Gaussian) -> tuple[Moments, BumpsPullback
     """Return the exact moments of a sum of bumps at a Gaussian input, and their pullback."""
     count = len(bumps.heights)
     tight = np.exp(-2.0 * bumps.log_widths)
-    a, b = np.triu_indices(count)
+    a, b = _pairs(count)
     regularisers = np.concatenate([1.0 / tight, 1.0 / (tight[a] + tight[b])])
     inverses, log_determinants = regularised_inverse(state.covariance, regularisers)
     z = bumps.centres - state.mean
@@ -72,6 +73,13 @@ def bumps_moments(bumps: Bumps, state: Gaussian) -> tuple[Moments, BumpsPullback
 
     covariance = products - np.outer(first.mean, first.mean)
     return Moments(first.mean, covariance, first.jacobian), pullback
+
+
+@lru_cache(maxsize=16)
+def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the indices of all pairs a <= b."""
+    a, b = np.triu_indices(count)
+    return a, b
 
 
 Pulled = tuple[Array, Array, Array, Array]

@@ -11,8 +11,8 @@ import math
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
@@ -34,7 +34,7 @@ class _BlasLimit:
         self._limit: Any = None
         self._controller: Any = None
 
-    def acquire(self) -> None:
+    def __enter__(self) -> None:
         with self._lock:
             self._users += 1
             if self._users == 1:
@@ -42,7 +42,7 @@ class _BlasLimit:
                 self._limit = self._controller.limit(limits=1, user_api="blas")
                 self._limit.__enter__()
 
-    def release(self) -> None:
+    def __exit__(self, *error: object) -> None:
         with self._lock:
             self._users -= 1
             if self._users == 0:
@@ -52,18 +52,13 @@ class _BlasLimit:
 _blas_limit = _BlasLimit()
 
 
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
+def one_blas_thread() -> AbstractContextManager[None]:
     """Limit BLAS to one thread, in the whole process, for the duration of a `with` block.
 
     Nested and concurrent uses are fine and cost almost nothing, so a search wraps all of its
     evaluations in one block and each evaluation may use it again.
     """
-    _blas_limit.acquire()
-    try:
-        yield
-    finally:
-        _blas_limit.release()
+    return _blas_limit
 
 
 class Task(Generic[Result]):
