@@ -1,9 +1,9 @@
 """Displacements of the supporting points from the input's mean, and sums over them.
 
 Quadratic forms z_i'M z_i and second moments sum_i w_i z_i z_i' for many M and w at once are one
-matrix product each with the products z_ik z_il (k <= l), which do not depend on the output: half
-the arithmetic of going through M z_i, at a matrix product's full speed, without temporaries of
-shape (outputs, n, P).
+matrix product each with the products z_ik z_il of each pair, which do not depend on the output:
+half the arithmetic of going through M z_i, at a matrix product's full speed, without temporaries
+of shape (outputs, n, P).
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ class Displacements:
 
     Attributes:
         z: Displacements in columns, with a last row of ones, of shape (G, P + 1, n).
-        products: z_ik z_il for k <= l, of shape (G, P (P + 1) / 2, n).
+        products: z_ik z_il for all pairs of k and l, of shape (G, P (P + 1) / 2, n): first those
+            with l = k, then l = k + 1, l = k + 2 and so on, counted modulo P.
     """
 
     z: Array
@@ -34,16 +35,17 @@ class Displacements:
     def of(points: Array, mean: Array) -> Displacements:
         """Return the displacements of points (G, P, n) from a mean (P,)."""
         groups, size, n = points.shape
-        z = np.empty((groups, size + 1, n))
-        np.subtract(points, mean[:, None], out=z[:, :size])
-        z[:, size] = 1.0
-        products = np.empty((groups, size * (size + 1) // 2, n))
-        start = 0
-        for k in range(size):
-            stop = start + size - k
-            np.multiply(z[:, k : k + 1], z[:, k:size], out=products[:, start:stop])
-            start = stop
-        return Displacements(z, products)
+        shifts = size // 2 + 1
+        rows = np.empty((groups, size + shifts, n))
+        np.subtract(points, mean[:, None], out=rows[:, :size])
+        rows[:, size:] = rows[:, :shifts]
+        outer, row, column = rows.strides
+        shifted: Array = np.ndarray(
+            (groups, shifts, size, n), rows.dtype, rows, 0, (outer, row, row, column)
+        )
+        products = (shifted * rows[:, None, :size]).reshape(groups, shifts * size, n)
+        rows[:, size] = 1.0
+        return Displacements(rows[:, : size + 1], products[:, : size * (size + 1) // 2])
 
     @property
     def size(self) -> int:
@@ -100,7 +102,9 @@ def _product(rows: Array, columns: Array) -> Array:
 @lru_cache(maxsize=16)
 def _triangle(size: int) -> tuple[NDArray[Any], NDArray[Any], Array]:
     """Return how to pack a symmetric matrix, how to unpack it, and the weights of a packed one."""
-    rows, columns = np.triu_indices(size)
+    pairs = np.arange(size * (size + 1) // 2)
+    rows = pairs % size
+    columns = (rows + pairs // size) % size
     unpacking = np.empty((size, size), dtype=np.intp)
-    unpacking[rows, columns] = unpacking[columns, rows] = np.arange(len(rows))
+    unpacking[rows, columns] = unpacking[columns, rows] = pairs
     return rows * size + columns, unpacking, np.where(rows == columns, 1.0, 2.0)

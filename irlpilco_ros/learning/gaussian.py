@@ -58,4 +58,6 @@ class Moments:
 
 def symmetric(matrix: Array) -> Array:
     """Return the symmetric part of a matrix, or of each matrix of a stack (..., n, n)."""
-    return 0.5 * (matrix + np.swapaxes(matrix, -1, -2))
+    result = matrix + matrix.swapaxes(-1, -2)
+    result *= 0.5
+    return result

@@ -7,67 +7,100 @@ matrix products.
 
 from __future__ import annotations
 
+import threading
+from functools import lru_cache
+
 import numpy as np
 
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array, symmetric
 from irlpilco_ros.learning.threads import scratch
 
+_one_at_a_time = threading.Lock()  # calls as short as an inversion's fight for the GIL
 _SMALL = 12  # triangles of up to this size are LAPACK's, which has no special way with them
-_LEAF = 3  # the smallest blocks of larger ones are inverted row by row
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
 
 
 def triangular_inverse(factor: Array) -> Array:
-    """Return the inverse of a lower triangular matrix, or of each of a stack (..., n, n).
-
-    [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], from small blocks on the diagonal to
-    ever larger ones: few calls of numpy, each for all blocks of one size in all of the stack.
-    """
+    """Return the inverse of a lower triangular matrix, or of each of a stack (..., n, n)."""
     n = factor.shape[-1]
     return _inverses(factor.reshape(-1, n, n)).copy().reshape(factor.shape)
 
 
 def _inverses(factors: Array) -> Array:
-    """Return the inverses of lower triangles (k, n, n); they may lie in scratch memory.
-
-    There they are the corner of matrices as large as it takes to halve them down to small blocks;
-    the rest is an identity.
-    """
+    """Return the inverses of lower triangles (k, n, n); they may lie in memory to be reused."""
     count, n, _ = factors.shape
     if n <= _SMALL:
         return np.asarray(np.linalg.inv(factors), dtype=np.float64)
-    blocks = 1
-    while n > _LEAF * blocks:
-        blocks *= 2
-    side = -(-n // blocks)
-    size = side * blocks
-    result = scratch("padded", (count, size, size))
-    np.negative(factors, out=result[:, :n, :n])  # which spares each product its sign
-    result[:, :n, n:], result[:, n:, :n], result[:, n:, n:] = 0.0, 0.0, -np.eye(size - n)
-    leaves = _diagonal_blocks(result, side, side)
-    for i in range(side):
-        leaves[..., i, i] = -1.0 / leaves[..., i, i]
-        if i:
-            row = leaves[..., i : i + 1, :i] @ leaves[..., :i, :i]
-            leaves[..., i : i + 1, :i] = row * leaves[..., i : i + 1, i : i + 1]
-    while side < size:
-        first = _diagonal_blocks(result, side, 2 * side)
-        corner = _diagonal_blocks(result[:, side:], side, 2 * side)
-        second = _diagonal_blocks(result[:, side:, side:], side, 2 * side)
-        corner[...] = second @ corner @ first
-        side *= 2
-    return result[:, :n, :n]
+    with _one_at_a_time:
+        return _workspace(threading.get_ident(), count, n).inverses(factors)
 
 
-def _diagonal_blocks(stack: Array, side: int, step: int) -> Array:
-    """Return a view (k, b, side, side) of every block at (i step, i step) of each matrix."""
-    count, rows, _ = stack.shape
+@lru_cache(maxsize=16)
+def _workspace(thread: int, count: int, n: int) -> _Halving:
+    """Return a thread's own memory for inverting a stack of triangles of some size."""
+    return _Halving(count, n)
+
+
+class _Halving:
+    """Inverts lower triangles, from small blocks on the diagonal to ever larger ones.
+
+    [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]] for all blocks of one size in all of
+    the stack at once. The triangles are the corner of matrices as large as it takes to halve them
+    down to blocks of 3 x 3; the rest is an identity. All views are made beforehand: what runs in
+    between numpy's calls holds the GIL and keeps other threads from theirs.
+    """
+
+    def __init__(self, count: int, n: int) -> None:
+        """Lay out memory for `count` triangles of size n."""
+        blocks = 1
+        while n > 3 * blocks:
+            blocks *= 2
+        size = 3 * blocks
+        whole = np.empty((count, size, size))
+        leaves = _diagonal_blocks(whole, 3)
+        self._corner = whole[:, :n, :n]
+        self._border = (whole[:, n:], whole[:, :n, n:])
+        self._border_diagonal = diagonals(whole)[:, n:]
+        self._diagonal = diagonals(whole)
+        self._leaf = [[leaves[..., i, j] for j in range(3)] for i in range(3)]
+        self._levels = []
+        side = 3
+        while side < size:
+            pairs = _diagonal_blocks(whole, 2 * side)
+            first, second = pairs[..., :side, :side], pairs[..., side:, side:]
+            corner = pairs[..., side:, :side]
+            self._levels.append((first, corner, second, np.empty(corner.shape)))
+            side *= 2
+
+    def inverses(self, factors: Array) -> Array:
+        """Return the inverses of lower triangles (count, n, n), valid until the next call."""
+        np.negative(factors, out=self._corner)  # which spares each product its sign
+        for part in self._border:
+            part.fill(0.0)
+        self._border_diagonal.fill(-1.0)
+        np.divide(-1.0, self._diagonal, out=self._diagonal)
+        (a, _, _), (b, c, _), (d, e, f) = self._leaf
+        b *= a
+        b *= c
+        d *= a
+        d += e * b
+        d *= f
+        e *= c
+        e *= f
+        for first, corner, second, product in self._levels:
+            np.matmul(second, corner, out=product)
+            np.matmul(product, first, out=corner)
+        return self._corner
+
+
+def _diagonal_blocks(stack: Array, side: int) -> Array:
+    """Return a view (k, b, side, side) of the blocks on the diagonals of a stack (k, n, n)."""
+    count, size, _ = stack.shape
     outer, row, column = stack.strides
-    shape = (count, -(-rows // step), side, side)
     return np.lib.stride_tricks.as_strided(
-        stack, shape, (outer, step * (row + column), row, column)
+        stack, (count, size // side, side, side), (outer, side * (row + column), row, column)
     )
 
 

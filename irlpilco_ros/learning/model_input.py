@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, symmetric
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback, symmetric
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.learning.trigonometric import sine_cosine_moments
@@ -53,45 +53,80 @@ def model_input(
     With K the policy's expected Jacobian, cov(x, u) = cov(x, policy's view) K'.
     """
     extended, pull_extended = extended_state(state, layout)
-    known, viewed = list(layout.dynamics_inputs or ()), list(layout.policy_inputs or ())
-    known_block, viewed_block = np.ix_(known, known), np.ix_(viewed, viewed)
-    size, split = layout.state_size, len(known)
-    view = Gaussian(extended.mean[viewed], extended.covariance[viewed_block])
+    known, viewed = layout.dynamics_block[1][0], layout.policy_block[1][0]
+    size = layout.state_size
+    view = Gaussian(extended.mean[viewed], extended.covariance[layout.policy_block])
     control, pull_policy = policy.moments(view, t, gradient)
     with_view = extended.covariance[:, viewed]
     with_control = with_view @ control.jacobian.T
-    cross = with_control[known]
+    known_block = extended.covariance[layout.dynamics_block]
     seen = ModelInput(
         np.concatenate([extended.mean[known], control.mean]),
-        np.block([[extended.covariance[known_block], cross], [cross.T, control.covariance]]),
-        np.hstack([extended.covariance[:size, known], with_control[:size]]),
-        np.vstack([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
+        joint_covariance(known_block, with_control[known], control.covariance),
+        np.concatenate([extended.covariance[:size, known], with_control[:size]], axis=1),
+        np.concatenate([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
         lambda: policy.mean_sensitivity(view, t),
         lambda spread: policy.change_metric(_spread_out(view, spread), t),
         lambda price: policy.spread_curvature(view, t, price),
     )
+    joint = _Joint(layout, with_view, with_control, control.jacobian, pull_policy, pull_extended)
+    return seen, joint.pullback
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """What the pullback needs of state and control.
+
+    Attributes:
+        layout: What model and policy see.
+        with_view: cov(extended state, policy's view).
+        with_control: cov(extended state, control).
+        control_jacobian: K.
+        pull_policy: The policy's pullback; None without gradient.
+        pull_extended: The extended state's pullback.
+    """
+
+    layout: StateLayout
+    with_view: Array
+    with_control: Array
+    control_jacobian: Array
+    pull_policy: ParameterPullback | None
+    pull_extended: ExtendPullback
 
     def pullback(
-        mean_bar: Array, covariance_bar: Array, with_state_bar: Array
+        self, mean_bar: Array, covariance_bar: Array, with_state_bar: Array
     ) -> tuple[Array, Array, Array]:
-        assert pull_policy is not None
-        with_control_bar = np.zeros_like(with_control)
+        """Pull derivatives by the model's input back to the state and the parameters."""
+        assert self.pull_policy is not None
+        layout, size, whole = self.layout, self.layout.state_size, len(self.with_view)
+        known, viewed = layout.dynamics_block[1][0], layout.policy_block[1][0]
+        split = len(known)
+        with_control_bar = np.zeros_like(self.with_control)
         with_control_bar[known] = 2.0 * covariance_bar[:split, split:]
         with_control_bar[:size] += with_state_bar[:, split:]
-        view_bar, view_covariance_bar, parameters_bar = pull_policy(
-            mean_bar[split:], covariance_bar[split:, split:], with_control_bar.T @ with_view
+        view_bar, view_covariance_bar, parameters_bar = self.pull_policy(
+            mean_bar[split:], covariance_bar[split:, split:], with_control_bar.T @ self.with_view
         )
-        extended_bar = np.zeros_like(extended.mean)
+        extended_bar = np.zeros(whole)
         extended_bar[known] = mean_bar[:split]
         extended_bar[viewed] += view_bar
-        spread_bar = np.zeros_like(extended.covariance)
-        spread_bar[known_block] = covariance_bar[:split, :split]
-        spread_bar[viewed_block] += view_covariance_bar
-        spread_bar[:, viewed] += with_control_bar @ control.jacobian
+        spread_bar = np.zeros((whole, whole))
+        spread_bar[layout.dynamics_block] = covariance_bar[:split, :split]
+        spread_bar[layout.policy_block] += view_covariance_bar
+        spread_bar[:, viewed] += with_control_bar @ self.control_jacobian
         spread_bar[:size, known] += with_state_bar[:, :split]
-        return *pull_extended(extended_bar, symmetric(spread_bar)), parameters_bar
+        return *self.pull_extended(extended_bar, symmetric(spread_bar)), parameters_bar
 
-    return seen, pullback
+
+def joint_covariance(first: Array, cross: Array, second: Array) -> Array:
+    """Return [[A, B], [B', C]], the covariance of two Gaussians together."""
+    size = len(first)
+    joint = np.empty((size + len(second),) * 2)
+    joint[:size, :size] = first
+    joint[:size, size:] = cross
+    joint[size:, :size] = cross.T
+    joint[size:, size:] = second
+    return joint
 
 
 def _spread_out(state: Gaussian, deviation: float) -> Gaussian:
@@ -109,8 +144,8 @@ def extended_state(state: Gaussian, layout: StateLayout) -> tuple[Moments, Exten
     with_trig = state.covariance @ trig.jacobian.T
     extended = Moments(
         np.concatenate([state.mean, trig.mean]),
-        np.block([[state.covariance, with_trig], [with_trig.T, trig.covariance]]),
-        np.vstack([np.eye(size), trig.jacobian]),
+        joint_covariance(state.covariance, with_trig, trig.covariance),
+        np.concatenate([np.eye(size), trig.jacobian]),
     )
 
     def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:

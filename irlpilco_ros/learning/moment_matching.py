@@ -13,6 +13,7 @@ A prior mean A x adds A to V and leaves R as it is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -24,7 +25,7 @@ from irlpilco_ros.learning.gaussian import Array, Moments, Pullback, symmetric
 from irlpilco_ros.learning.output_moments import OutputMoments, output_moments
 from irlpilco_ros.learning.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.posterior import Posterior
-from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
+from irlpilco_ros.learning.threads import Task, one_blas_thread, run_parallel
 
 Method: TypeAlias = Literal["first_order", "exact"]
 
@@ -66,15 +67,14 @@ def match_moments(
         NumericalError: if the input is not finite or its covariance is indefinite.
     """
     _check_input(prior_mean, mean, covariance, method)
+    threads = min(threads, len(posterior.groups))  # less is not worth sharing
     covariance = symmetric(covariance)
     pairs = None
     with one_blas_thread():
-        displacements = Displacements.of(posterior.points, mean)
+        displacements = Task(partial(Displacements.of, posterior.points, mean))
         outputs = _all_outputs(posterior, displacements, covariance, gradient, threads)
         if method == "exact":
-            pairs = all_pairs(
-                posterior, displacements, covariance, outputs.groups, gradient, threads
-            )
+            pairs = all_pairs(posterior, displacements.result(), covariance, gradient, threads)
     remainder, above = _remainder(posterior, outputs, pairs, covariance)
     jacobian = outputs.jacobian + prior_mean
     moments = Moments(
@@ -82,7 +82,7 @@ def match_moments(
         covariance=symmetric(jacobian @ covariance @ jacobian.T + remainder),
         jacobian=jacobian,
     )
-    matched = _Matched(outputs, pairs, prior_mean, covariance, above)
+    matched = _Matched(posterior, outputs, pairs, prior_mean, covariance, above, threads)
     return moments, matched.pullback if gradient else None
 
 
@@ -91,18 +91,22 @@ class _Matched:
     """What the pullback needs of a prediction.
 
     Attributes:
+        posterior: Of g.
         outputs: The single outputs.
-        pairs: Their exact covariances; None for `first_order`.
+        pairs: Their exact mean products; None for `first_order`.
         prior_mean: A, of shape (E, P).
         covariance: S, of shape (P, P).
         above: Where the diagonal of R is not at its floor, of shape (E,).
+        threads: How many threads may work.
     """
 
+    posterior: Posterior
     outputs: _Outputs
     pairs: PairMoments | None
     prior_mean: Array
     covariance: Array
     above: NDArray[np.bool_]
+    threads: int
 
     def pullback(
         self, mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
@@ -110,24 +114,36 @@ class _Matched:
         """Pull derivatives by mean (E,), covariance (E, E) and Jacobian (E, P) back to m and S."""
         bar, own = symmetric(covariance_bar), self.outputs.jacobian
         jacobian = own + self.prior_mean
-        # Through (A + V) S (A + V)'.
-        jacobian_total = jacobian_bar + 2.0 * bar @ jacobian @ self.covariance
-        s_bar = jacobian.T @ bar @ jacobian
-        # Through R: variances and pairs, minus what V S V' has taken away from them.
-        variance_bar = np.where(self.above, np.diagonal(bar), 0.0)
-        taken = np.diag(variance_bar)
+        diagonal = bar.diagonal()
+        # Through (A + V) S (A + V)', and through R: variances and pairs, minus V S V'.
+        variance_bar = np.where(self.above, diagonal, 0.0)
+        turned, taken = bar @ jacobian, variance_bar[:, None] * own
         if self.pairs is not None:
-            taken = bar - np.diag(np.diagonal(bar) - variance_bar)
-        jacobian_total = jacobian_total - 2.0 * taken @ own @ self.covariance
-        s_bar = s_bar - own.T @ taken @ own
-        with one_blas_thread():
-            m_part, s_part = _pull_outputs(self.outputs, mean_bar, jacobian_total, variance_bar)
-        m_bar = self.prior_mean.T @ mean_bar + m_part
-        s_bar = s_bar + s_part
+            taken += (bar - np.diag(diagonal)) @ own
+        jacobian_total = jacobian_bar + 2.0 * (turned - taken) @ self.covariance
+        s_bar = jacobian.T @ turned - own.T @ taken
+        m_bar = self.prior_mean.T @ mean_bar
         if self.pairs is not None:
-            m_part, s_part = self.pairs.pullback(bar)
+            between = bar - np.diag(np.diagonal(bar))
+            mean_bar = mean_bar - 2.0 * between @ self.outputs.mean
+            m_part, s_part = self.pairs.pullback(between)
+            m_bar, s_bar = m_bar + m_part, s_bar + s_part
+        for m_part, s_part in self._pull_outputs(mean_bar, jacobian_total, variance_bar):
             m_bar, s_bar = m_bar + m_part, s_bar + s_part
         return m_bar, symmetric(s_bar)
+
+    def _pull_outputs(
+        self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
+    ) -> list[tuple[Array, Array]]:
+        """Return the pullback of each group of outputs."""
+
+        def pull(part: tuple[slice, OutputMoments]) -> tuple[Array, Array]:
+            which, group = part
+            return group.pullback(mean_bar[which], jacobian_bar[which], variance_bar[which])
+
+        parts = list(zip(self.posterior.groups, self.outputs.groups, strict=True))
+        with one_blas_thread():
+            return run_parallel(pull, parts, self.threads)
 
 
 def _remainder(
@@ -141,18 +157,21 @@ def _remainder(
     diagonal = np.where(above, unexplained, floor)
     if pairs is None:
         return np.diag(diagonal), above
-    return _definite(pairs.covariance - explained, diagonal, posterior), above
+    covariances = pairs.products - np.outer(outputs.mean, outputs.mean)
+    return _definite(covariances - explained, diagonal, posterior), above
 
 
 def _all_outputs(
     posterior: Posterior,
-    displacements: Displacements,
+    displacements: Task[Displacements],
     covariance: Array,
     gradient: bool,
     threads: int,
 ) -> _Outputs:
     groups = run_parallel(
-        lambda group: output_moments(posterior, group, displacements, covariance, gradient),
+        lambda group: output_moments(
+            posterior, group, displacements, covariance, gradient, threads
+        ),
         posterior.groups,
         threads,
     )
@@ -162,19 +181,6 @@ def _all_outputs(
         np.concatenate([group.jacobian for group in groups]),
         np.concatenate([group.variance for group in groups]),
     )
-
-
-def _pull_outputs(
-    outputs: _Outputs, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
-) -> tuple[Array, Array]:
-    """Sum the pullbacks of all groups: too short a piece of work to share among threads."""
-    m_total, s_total = np.zeros(jacobian_bar.shape[1]), np.zeros((jacobian_bar.shape[1],) * 2)
-    start = 0
-    for group in outputs.groups:
-        part = slice(start, start + len(group.mean))
-        m_bar, s_bar = group.pullback(mean_bar[part], jacobian_bar[part], variance_bar[part])
-        m_total, s_total, start = m_total + m_bar, s_total + s_bar, part.stop
-    return m_total, s_total
 
 
 def _definite(remainder: Array, diagonal: Array, posterior: Posterior) -> Array:

@@ -5,18 +5,19 @@ z_i = x_i - m, Lambda = diag(l^2), P1 = (Lambda + S)^-1 and P2 = (Lambda + 2S)^-
 
     q_i = beta_i s^2 |I + S/Lambda|^-1/2 exp(-1/2 z_i'P1 z_i)
     M = sum q                    V = E[df/dx] = P1 sum q_i z_i
-    Hess = E[d2f/dx2] = P1 (sum q_i z_i z_i') P1 - M P1
     dM/dm = V                    dM/dS = Hess / 2                    dV/dm = Hess
+                                 with Hess = E[d2f/dx2] = P1 (sum q_i z_i z_i') P1 - M P1
 
     G = (Lambda^-1 - P2) / 2     e_i = log s^2 - 1/4 log|I + 2S/Lambda|
                                        - 1/2 z_i'Lambda^-1 z_i + 1/2 z_i'G z_i
     Q_ij = (beta_i beta_j - K^-1_ij) exp(e_i + e_j + z_i'G z_j)      r = Q1
     v = sum Q + s^2 - M^2
-    dv/dm = 2 P2 Z'r - 2 M V     dv/dS = P2 Z'(diag(r) + Q)Z P2 - (sum Q) P2 - M Hess
+    d(sum Q)/dm = 2 P2 Z'r       d(sum Q)/dS = P2 Z'(diag(r) + Q)Z P2 - (sum Q) P2
 
 So a variance with all its derivatives takes one n x n exponential and two n x n x P products,
-and nothing of size n x n is kept. Q is symmetric: only the part of it on and above its diagonal
-blocks is computed, strip by strip.
+and nothing of size n x n is kept; no Hess is ever formed, since the pullback only needs its
+product with one vector. Q is symmetric: only the part of it on and above its diagonal blocks is
+computed, strip by strip.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.posterior import Posterior
-from irlpilco_ros.learning.threads import scratch
+from irlpilco_ros.learning.threads import Task, one_blas_thread, run_later, scratch
 
 SMALLEST_EXPONENT = -500.0
 """Exponents are clipped here: exp(-500) is nothing, but denormal numbers are 20 times slower."""
@@ -37,55 +38,67 @@ SMALLEST_EXPONENT = -500.0
 
 @dataclass(frozen=True)
 class OutputMoments:
-    """Means and variances of b outputs, and their derivatives.
+    """Means and variances of b outputs, and what their pullback needs.
 
     Attributes:
         displacements: Of the supporting points from the input's mean.
         mean: M, of shape (b,).
         variance: v, of shape (b,).
         jacobian: V, of shape (b, P).
-        hessian: Hess, of shape (b, P, P); empty without gradient.
         precision: P1, of shape (b, P, P).
         shares: q, of shape (b, n).
-        variance_by_mean: dv/dm, of shape (b, P); empty without gradient.
-        variance_by_covariance: dv/dS, of which the symmetric part counts, of shape (b, P, P);
-            empty without gradient.
+        square_derivatives: Those of sum Q; None without gradient.
     """
 
     displacements: Displacements
     mean: Array
     variance: Array
     jacobian: Array
-    hessian: Array
     precision: Array
     shares: Array
-    variance_by_mean: Array
-    variance_by_covariance: Array
+    square_derivatives: Task[SquareDerivatives] | None
 
     def pullback(
         self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
     ) -> tuple[Array, Array]:
         """Pull derivatives by M (b,), V (b, P), v (b,) back to m (P,) and S (P, P), summed over b.
 
-        V_bar gives m_bar = Hess V_bar and, with the third expected derivative of f,
-        S_bar = 1/2 sum q_i (t_i'V_bar) t_i t_i' - 1/2 (V_bar'V) P1 - P1 V_bar V', t_i = P1 z_i,
+        With t_i = P1 z_i and g_i = M_bar - 2 M v_bar + t_i'V_bar, M and V give
+        m_bar = sum q_i g_i t_i - M P1 V_bar and, by the third expected derivative of f,
+        S_bar = 1/2 sum q_i g_i t_i t_i' - 1/2 (sum q_i g_i) P1 - P1 V_bar V',
         of which the symmetric part counts.
         """
+        assert self.square_derivatives is not None
         size = jacobian_bar.shape[1]
+        flat = self.precision.reshape(-1, size)
         sides = np.matmul(self.precision, jacobian_bar[:, :, None])[:, :, 0]
         along = self.displacements.linear_forms(sides)
-        along += mean_bar[:, None]
-        along *= 0.5 * self.shares
+        along += (mean_bar - 2.0 * variance_bar * self.mean)[:, None]
+        along *= self.shares
+        m_bar = self.displacements.first_moments(along).ravel() @ flat - self.mean @ sides
         turned = self.displacements.second_moments(along) @ self.precision
-        s_bar = self.precision.reshape(-1, size).T @ turned.reshape(-1, size)
-        dots = np.sum(jacobian_bar * self.jacobian, axis=1) + mean_bar * self.mean
-        s_bar -= _weighted_sum(0.5 * dots, self.precision)
+        s_bar = flat.T @ turned.reshape(-1, size)
+        s_bar -= _weighted_sum(along.sum(axis=1), self.precision)
+        s_bar *= 0.5
         s_bar -= sides.T @ self.jacobian
-        s_bar += _weighted_sum(variance_bar, self.variance_by_covariance)
-        m_bar = jacobian_bar.ravel() @ self.hessian.reshape(-1, size)
-        m_bar += mean_bar @ self.jacobian
-        m_bar += variance_bar @ self.variance_by_mean
+        squares = self.square_derivatives.result()
+        m_bar += variance_bar @ squares.by_mean
+        s_bar += _weighted_sum(variance_bar, squares.by_covariance)
         return m_bar, s_bar
+
+
+@dataclass(frozen=True)
+class SquareDerivatives:
+    """Derivatives of sum Q, what the mean square of each of b outputs is short of s^2.
+
+    Attributes:
+        by_mean: 2 P2 Z'r, of shape (b, P).
+        by_covariance: P2 Z'(diag(r) + Q)Z P2 - (sum Q) P2, of which the symmetric part counts,
+            of shape (b, P, P).
+    """
+
+    by_mean: Array
+    by_covariance: Array
 
 
 def _weighted_sum(weights: Array, stack: Array) -> Array:
@@ -97,29 +110,35 @@ def _weighted_sum(weights: Array, stack: Array) -> Array:
 def output_moments(
     posterior: Posterior,
     group: slice,
-    displacements: Displacements,
+    all_displacements: Task[Displacements],
     covariance: Array,
     gradient: bool,
+    threads: int,
 ) -> OutputMoments:
     """Return means and variances of a group of outputs for an input N(m, covariance).
 
     Args:
         posterior: Of all outputs.
         group: Which outputs.
-        displacements: Of the supporting points from m.
+        all_displacements: Of the supporting points from m: one of the threads makes them while
+            others begin with the inverses.
         covariance: S, of shape (P, P).
-        gradient: False leaves the variances' derivatives empty.
+        gradient: False saves the work for the pullback.
+        threads: With more than one, derivatives are left to helpers, who find the time for them
+            while others do what must be done in sequence.
 
     Raises:
         NumericalError: if the covariance is indefinite.
     """
-    displacements = displacements.select(group)
+    all_displacements.run()
     squares = posterior.lengthscales_squared[group]
     count = len(squares)
     precisions, log_determinants = regularised_inverse(
         covariance, np.concatenate([squares, 0.5 * squares])
     )
     precisions[count:] *= 0.5
+    precision = precisions[:count]
+    displacements = all_displacements.result().select(group)
     forms = displacements.quadratic_forms(precisions)
     log_signal = np.log(posterior.signal_variance[group])
 
@@ -128,51 +147,15 @@ def output_moments(
     np.maximum(exponents, SMALLEST_EXPONENT, out=exponents)
     shares = posterior.weights[group] * np.exp(exponents)
     mean = shares.sum(axis=1)
+    jacobian = (precision @ displacements.first_moments(shares)[:, :, None])[:, :, 0]
 
     offsets = log_signal - 0.25 * log_determinants[count:]
-    sums = _pair_sums(
+    squares_of = _PairSums.of(
         posterior, group, displacements, precisions[count:], forms[count:], offsets, gradient
     )
-    variance = sums.total + posterior.signal_variance[group] - mean**2
-    return _with_derivatives(displacements, precisions, shares, sums, mean, variance, gradient)
-
-
-def _with_derivatives(
-    displacements: Displacements,
-    precisions: Array,
-    shares: Array,
-    sums: _PairSums,
-    mean: Array,
-    variance: Array,
-    gradient: bool,
-) -> OutputMoments:
-    """Put the moments together, given P1 and P2 stacked, q, and the sums over Q."""
-    count = len(mean)
-    weights = np.concatenate([shares, sums.rows]) if gradient else shares
-    turns = precisions[: len(weights)]
-    first = (turns @ displacements.first_moments(weights)[:, :, None])[:, :, 0]
-    jacobian, hessian = first[:count], np.empty((count, 0, 0))
-    by_mean, by_covariance = np.empty((count, 0)), np.empty((count, 0, 0))
-    if gradient:
-        moments = displacements.second_moments(weights)
-        moments[count:] += sums.moment
-        second = turns @ moments @ turns
-        hessian, by_covariance = second[:count], second[count:]
-        hessian -= mean[:, None, None] * precisions[:count]
-        by_mean = 2.0 * (first[count:] - mean[:, None] * jacobian)
-        by_covariance -= sums.total[:, None, None] * precisions[count:]
-        by_covariance -= mean[:, None, None] * hessian
-    return OutputMoments(
-        displacements=displacements,
-        mean=mean,
-        variance=variance,
-        jacobian=jacobian,
-        hessian=hessian,
-        precision=precisions[:count],
-        shares=shares,
-        variance_by_mean=by_mean,
-        variance_by_covariance=by_covariance,
-    )
+    variance = squares_of.total + posterior.signal_variance[group] - mean**2
+    derivatives = run_later(squares_of.derivatives, threads) if gradient else None
+    return OutputMoments(displacements, mean, variance, jacobian, precision, shares, derivatives)
 
 
 @dataclass(frozen=True)
@@ -180,53 +163,65 @@ class _PairSums:
     """Sums over Q, which itself is not kept.
 
     Attributes:
+        displacements: Of the supporting points from the input's mean.
+        precision: P2, of shape (b, P, P).
         total: sum Q, of shape (b,).
-        rows: r = Q1, of shape (b, n); empty without gradient.
-        moment: Z'QZ, of shape (b, P, P), of which the symmetric part counts; empty likewise.
+        rows: The computed part of Q times 1, of shape (b, n).
+        products: [Z'; 1'] times the computed part of Q, of shape (b, P + 1, n); empty without
+            gradient.
     """
 
+    displacements: Displacements
+    precision: Array
     total: Array
     rows: Array
-    moment: Array
+    products: Array
 
+    @staticmethod
+    def of(
+        posterior: Posterior,
+        group: slice,
+        displacements: Displacements,
+        precision: Array,
+        forms: Array,
+        offsets: Array,
+        gradient: bool,
+    ) -> _PairSums:
+        """Return the sums, given P2, z_i'P2 z_i and log s^2 - 1/4 log|I + 2S/Lambda|."""
+        left, right, clip = _exponent_factors(
+            1.0 / posterior.lengthscales_squared[group], displacements, precision, forms, offsets
+        )
+        count, size = precision.shape[:2]
+        n = forms.shape[1]
+        pair_weights = posterior.pair_weights[group]
+        rows = np.zeros((count, n))
+        products = np.empty((count, size + 1, n if gradient else 0))
+        for start, stop in posterior.strips:
+            # The strip's columns, and all rows down to its last column's.
+            pairs = scratch("pairs", (count, stop, stop - start))
+            np.matmul(np.swapaxes(left[:, :, :stop], 1, 2), right[:, :, start:stop], out=pairs)
+            if clip:
+                np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
+            np.exp(pairs, out=pairs)
+            pairs *= pair_weights[:, :stop, start:stop]
+            rows[:, :stop] += pairs @ np.ones(stop - start)
+            if gradient:
+                np.matmul(displacements.z[:, :, :stop], pairs, out=products[:, :, start:stop])
+        return _PairSums(displacements, precision, rows.sum(axis=1), rows, products)
 
-def _pair_sums(
-    posterior: Posterior,
-    group: slice,
-    displacements: Displacements,
-    precision: Array,
-    forms: Array,
-    offsets: Array,
-    gradient: bool,
-) -> _PairSums:
-    """Return the sums over Q, given P2, z_i'P2 z_i and log s^2 - 1/4 log|I + 2S/Lambda|."""
-    left, right, clip = _exponent_factors(
-        1.0 / posterior.lengthscales_squared[group], displacements, precision, forms, offsets
-    )
-    count, size = precision.shape[:2]
-    n = forms.shape[1]
-    pair_weights = posterior.pair_weights[group]
-    rows = np.zeros((count, n))
-    products = scratch("products", (count, size + 1, n))
-    for start, stop in posterior.strips:
-        # The strip's columns, and all rows down to its last column's.
-        pairs = scratch("pairs", (count, stop, stop - start))
-        np.matmul(np.swapaxes(left[:, :, :stop], 1, 2), right[:, :, start:stop], out=pairs)
-        if clip:
-            np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
-        np.exp(pairs, out=pairs)
-        pairs *= pair_weights[:, :stop, start:stop]
-        rows[:, :stop] += pairs @ np.ones(stop - start)
-        if gradient:
-            np.matmul(displacements.z[:, :, :stop], pairs, out=products[:, :, start:stop])
-    total = rows.sum(axis=1)
-    if not gradient:
-        return _PairSums(total, np.empty((count, 0)), np.empty((count, 0, 0)))
-    # Half of what is above a strip's diagonal block belongs to its mirror image.
-    rows += products[:, size]
-    rows *= 0.5
-    moment = products[:, :size] @ np.swapaxes(displacements.z[:, :size], 1, 2)
-    return _PairSums(total, rows, moment)
+    def derivatives(self) -> SquareDerivatives:
+        """Return the derivatives of the total."""
+        size = self.precision.shape[1]
+        with one_blas_thread():
+            # Half of what is above a strip's diagonal block belongs to its mirror image.
+            rows = 0.5 * (self.rows + self.products[:, size])
+            first = self.displacements.first_moments(rows)
+            moment = self.displacements.second_moments(rows)
+            moment += self.products[:, :size] @ np.swapaxes(self.displacements.z[:, :size], 1, 2)
+            by_mean = 2.0 * (self.precision @ first[:, :, None])[:, :, 0]
+            by_covariance = self.precision @ moment @ self.precision
+            by_covariance -= self.total[:, None, None] * self.precision
+        return SquareDerivatives(by_mean, by_covariance)
 
 
 def _exponent_factors(

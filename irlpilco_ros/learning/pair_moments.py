@@ -1,14 +1,14 @@
-"""Exact covariances between two different GP outputs a, b at a Gaussian input.
+"""Exact mean products of two different GP outputs a, b at a Gaussian input.
 
 With D = Lambda^-1 of each output, L = D_a + D_b, K = (S + L^-1)^-1 and T = L^-1 - L^-1 K L^-1
 (which is (S^-1 + L)^-1, also for a singular S):
 
     e_ai = log s_a^2 - 1/4 log|I + S L| - 1/2 z_i'D_a z_i + 1/2 z_i'D_a T D_a z_i
     Q_ij = beta_ai beta_bj exp(e_ai + e_bj + z_i'D_a T D_b z_j)      r = Q1      c = Q'1
-    cov = sum Q - M_a M_b
-    dcov/dm = K L^-1 (D_a Z'r + D_b Z'c) - M_a V_b - M_b V_a
-    dcov/dS = 1/2 K L^-1 [sum_ij Q_ij z_ij z_ij'] L^-1 K - 1/2 (sum Q) K
-              - 1/2 (M_a Hess_b + M_b Hess_a)                 with z_ij = D_a z_i + D_b z_j
+    E[f_a f_b] = sum Q
+    d/dm = K L^-1 (D_a Z'r + D_b Z'c)
+    d/dS = 1/2 K L^-1 [sum_ij Q_ij z_ij z_ij'] L^-1 K - 1/2 (sum Q) K
+                                                                with z_ij = D_a z_i + D_b z_j
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
-from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, OutputMoments
+from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
 
@@ -32,38 +32,26 @@ _BLOCK_ELEMENTS = 2_000_000  # n x n values of the pairs that are worked on toge
 
 @dataclass(frozen=True)
 class PairMoments:
-    """Covariances of all pairs of outputs, and their derivatives.
+    """Mean products of all pairs of outputs, and their derivatives.
 
     Attributes:
-        covariance: Of shape (E, E), symmetric, with a zero diagonal.
+        products: E[f_a f_b], of shape (E, E), symmetric, with a zero diagonal.
         first: Index a of each pair, of shape (p,).
         second: Index b of each pair, of shape (p,).
-        by_mean: dcov/dm of each pair, of shape (p, P); empty without gradient.
-        by_covariance: dcov/dS of each pair, of shape (p, P, P); empty without gradient.
+        by_mean: Derivative by m of each pair's, of shape (p, P); empty without gradient.
+        by_covariance: Derivative by S of each pair's, of shape (p, P, P); empty likewise.
     """
 
-    covariance: Array
+    products: Array
     first: NDArray[np.intp]
     second: NDArray[np.intp]
     by_mean: Array
     by_covariance: Array
 
-    def pullback(self, covariance_bar: Array) -> tuple[Array, Array]:
-        """Pull a symmetric derivative by the covariance back to m (P,) and S (P, P)."""
-        bars = 2.0 * covariance_bar[self.first, self.second]
+    def pullback(self, products_bar: Array) -> tuple[Array, Array]:
+        """Pull a symmetric derivative by the products back to m (P,) and S (P, P)."""
+        bars = 2.0 * products_bar[self.first, self.second]
         return bars @ self.by_mean, np.tensordot(bars, self.by_covariance, axes=1)
-
-
-@dataclass(frozen=True)
-class _Outputs:
-    """What is known of the single outputs."""
-
-    posterior: Posterior
-    displacements: Displacements
-    covariance: Array
-    mean: Array
-    jacobian: Array
-    hessian: Array
 
 
 @dataclass(frozen=True)
@@ -82,37 +70,29 @@ def all_pairs(
     posterior: Posterior,
     displacements: Displacements,
     covariance: Array,
-    outputs: list[OutputMoments],
     gradient: bool,
     threads: int,
 ) -> PairMoments:
-    """Return the exact covariances between all outputs, with their derivatives if wanted.
+    """Return the exact mean products of all pairs of outputs, with their derivatives if wanted.
 
     Args:
         posterior: Of E outputs.
         displacements: Of the supporting points from the input's mean.
         covariance: Covariance of the input, of shape (P, P).
-        outputs: The groups' `output_moments` at the same input.
         gradient: False leaves the derivatives empty.
         threads: How many threads may work.
     """
     first, second = np.triu_indices(posterior.outputs, k=1)
-    single = _Outputs(
-        posterior,
-        displacements,
-        covariance,
-        np.concatenate([group.mean for group in outputs]),
-        np.concatenate([group.jacobian for group in outputs]),
-        np.concatenate([group.hessian for group in outputs]),
-    )
     size = len(covariance) if gradient else 0
     values = np.zeros(len(first))
     by_mean = np.empty((len(first), size))
     by_covariance = np.empty((len(first), size, size))
 
     def one_block(part: slice) -> None:
-        block = _block(single, first[part], second[part])
-        values[part] = _covariances(single, block, by_mean[part], by_covariance[part], gradient)
+        block = _block(posterior, displacements, first[part], second[part])
+        values[part] = _mean_products(
+            posterior, covariance, block, by_mean[part], by_covariance[part], gradient
+        )
 
     height = max(1, _BLOCK_ELEMENTS // posterior.weights.shape[1] ** 2)
     parts = [slice(start, start + height) for start in range(0, len(first), height)]
@@ -123,35 +103,35 @@ def all_pairs(
     return PairMoments(result, first, second, by_mean, by_covariance)
 
 
-def _block(single: _Outputs, a: NDArray[np.intp], b: NDArray[np.intp]) -> _Block:
-    squares = single.posterior.lengthscales_squared
-    z = single.displacements
+def _block(
+    posterior: Posterior, z: Displacements, a: NDArray[np.intp], b: NDArray[np.intp]
+) -> _Block:
+    squares = posterior.lengthscales_squared
     return _Block(a, b, 1.0 / squares[a], 1.0 / squares[b], z.select(a), z.select(b))
 
 
-def _covariances(
-    single: _Outputs, block: _Block, by_mean: Array, by_covariance: Array, gradient: bool
+def _mean_products(
+    posterior: Posterior,
+    covariance: Array,
+    block: _Block,
+    by_mean: Array,
+    by_covariance: Array,
+    gradient: bool,
 ) -> Array:
-    """Return the covariances of a block of pairs (b,), and fill in their derivatives."""
+    """Return the mean products of a block of pairs (b,), and fill in their derivatives."""
     inverse = 1.0 / (block.d_a + block.d_b)
-    k, log_determinant = regularised_inverse(single.covariance, inverse)
-    left, right, clip = _exponent_factors(single, block, inverse, k, log_determinant)
-    mean_a, mean_b = single.mean[block.a], single.mean[block.b]
-    rows, products = _products(single.posterior, block, left, right, clip, gradient)
-    total = rows.sum(axis=1)
+    k, log_determinant = regularised_inverse(covariance, inverse)
+    left, right, clip = _exponent_factors(posterior, block, inverse, k, log_determinant)
+    rows, products = _products(posterior, block, left, right, clip, gradient)
+    total: Array = rows.sum(axis=1)
     if gradient:
         moment, first = _moments(block, rows, products)
         turn = k * inverse[:, None, :]
         by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
-        by_mean -= mean_a[:, None] * single.jacobian[block.b]
-        by_mean -= mean_b[:, None] * single.jacobian[block.a]
         np.matmul(turn @ moment, np.swapaxes(turn, 1, 2), out=by_covariance)
         by_covariance -= total[:, None, None] * k
-        by_covariance -= mean_a[:, None, None] * single.hessian[block.b]
-        by_covariance -= mean_b[:, None, None] * single.hessian[block.a]
         by_covariance *= 0.5
-    covariances: Array = total - mean_a * mean_b
-    return covariances
+    return total
 
 
 def _products(
@@ -196,7 +176,7 @@ def _parts(count: int, n: int) -> list[slice]:
 
 
 def _exponent_factors(
-    single: _Outputs, block: _Block, inverse: Array, k: Array, log_determinant: Array
+    posterior: Posterior, block: _Block, inverse: Array, k: Array, log_determinant: Array
 ) -> tuple[Array, Array, bool]:
     """Return [D_b T D_a Z'; e_a; 1] and [Z'; 1; e_b]: z_i'D_a T D_b z_j + e_ai + e_bj.
 
@@ -211,7 +191,7 @@ def _exponent_factors(
         distances = z.scaled_distances(d)
         exponents = z.quadratic_forms(d[:, :, None] * t * d[:, None, :]) - distances
         exponents *= 0.5
-        offsets = np.log(single.posterior.signal_variance[outputs]) - 0.25 * log_determinant
+        offsets = np.log(posterior.signal_variance[outputs]) - 0.25 * log_determinant
         exponents += offsets[:, None]
         factors.append(exponents)
         lowest += offsets.min() - 0.5 * distances.max()

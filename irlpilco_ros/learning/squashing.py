@@ -9,6 +9,11 @@ import numpy as np
 from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
 from irlpilco_ros.learning.trigonometric import sine_moments
 
+_STRETCH = np.array([1.0, 3.0])
+"""Multiples of v whose sines are mixed."""
+
+_MIX = np.array([9.0 / 8.0, 1.0 / 8.0])
+
 SquashPullback = Callable[[Array, Array, Array], tuple[Array, Array, Array]]
 
 
@@ -58,26 +63,44 @@ def squashed_moments(raw: Moments, limit: Array) -> tuple[Moments, SquashPullbac
         covariance and Jacobian.
     """
     size = len(raw.mean)
-    eye = np.eye(size)
-    stretch = np.vstack([eye, 3.0 * eye])
-    mix = np.hstack([(9.0 / 8.0) * eye, (1.0 / 8.0) * eye]) * limit[:, None]
     sines, pull_sines = sine_moments(
-        Gaussian(stretch @ raw.mean, stretch @ raw.covariance @ stretch.T)
+        Gaussian((_STRETCH[:, None] * raw.mean).ravel(), _spread_out(raw.covariance, _STRETCH))
     )
-    slope = mix @ sines.jacobian @ stretch  # diagonal
-    moments = Moments(mix @ sines.mean, mix @ sines.covariance @ mix.T, slope @ raw.jacobian)
+    weigh = limit[:, None] * limit
+    slope = limit * ((_MIX * _STRETCH) @ sines.jacobian.diagonal().reshape(2, size))
+    moments = Moments(
+        limit * (_MIX @ sines.mean.reshape(2, size)),
+        weigh * _gathered(sines.covariance, _MIX),
+        slope[:, None] * raw.jacobian,
+    )
 
     def pullback(
         mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
     ) -> tuple[Array, Array, Array]:
-        slope_bar = jacobian_bar @ raw.jacobian.T
+        slope_bar = limit * (jacobian_bar * raw.jacobian).sum(axis=1)
         v_bar, v_covariance_bar = pull_sines(
-            mix.T @ mean_bar, mix.T @ covariance_bar @ mix, mix.T @ slope_bar @ stretch.T
+            (_MIX[:, None] * (limit * mean_bar)).ravel(),
+            _spread_out(weigh * covariance_bar, _MIX),
+            np.diag(((_MIX * _STRETCH)[:, None] * slope_bar).ravel()),
         )
         return (
-            stretch.T @ v_bar,
-            stretch.T @ v_covariance_bar @ stretch,
-            slope.T @ jacobian_bar,
+            _STRETCH @ v_bar.reshape(2, size),
+            _gathered(v_covariance_bar, _STRETCH),
+            slope[:, None] * jacobian_bar,
         )
 
     return moments, pullback
+
+
+def _spread_out(matrix: Array, factors: Array) -> Array:
+    """Return the blocks f_i f_j X, as one matrix of twice the size of X."""
+    blocks = np.outer(factors, factors)[:, None, :, None] * matrix[:, None, :]
+    return blocks.reshape(2 * len(matrix), -1)
+
+
+def _gathered(matrix: Array, factors: Array) -> Array:
+    """Return the sum of f_i f_j X_ij over the blocks X_ij of a matrix of twice their size."""
+    size = len(matrix) // 2
+    rows = factors[0] * matrix[:size] + factors[1] * matrix[size:]
+    gathered: Array = factors[0] * rows[:, :size] + factors[1] * rows[:, size:]
+    return gathered

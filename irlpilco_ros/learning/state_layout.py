@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gaussian import Array
@@ -69,9 +71,22 @@ class StateLayout:
         """Return what the dynamics model predicts, for a run of states (T + 1, D): (T, D)."""
         return states[1:] - states[:-1] * self.difference_mask
 
-    @property
+    @cached_property
     def difference_mask(self) -> Array:
         """1 where the model predicts an increment, 0 where the next value, shape (D,)."""
         mask = np.zeros(self.state_size)
         mask[list(self.differences or ())] = 1.0
+        mask.flags.writeable = False
         return mask
+
+    @cached_property
+    def dynamics_block(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and columns of what the dynamics model sees, in the extended state's covariance."""
+        rows, columns = np.ix_(self.dynamics_inputs or (), self.dynamics_inputs or ())
+        return rows, columns
+
+    @cached_property
+    def policy_block(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Rows and columns of what the policy sees, in the extended state's covariance."""
+        rows, columns = np.ix_(self.policy_inputs or (), self.policy_inputs or ())
+        return rows, columns

@@ -10,10 +10,11 @@ import itertools
 import math
 import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
-from typing import Any, TypeVar
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from queue import SimpleQueue
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -33,7 +34,7 @@ class _BlasLimit:
         self._limit: Any = None
         self._controller: Any = None
 
-    def acquire(self) -> None:
+    def __enter__(self) -> None:
         with self._lock:
             self._users += 1
             if self._users == 1:
@@ -41,7 +42,7 @@ class _BlasLimit:
                 self._limit = self._controller.limit(limits=1, user_api="blas")
                 self._limit.__enter__()
 
-    def release(self) -> None:
+    def __exit__(self, *error: object) -> None:
         with self._lock:
             self._users -= 1
             if self._users == 0:
@@ -51,30 +52,104 @@ class _BlasLimit:
 _blas_limit = _BlasLimit()
 
 
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
+def one_blas_thread() -> AbstractContextManager[None]:
     """Limit BLAS to one thread, in the whole process, for the duration of a `with` block.
 
     Nested and concurrent uses are fine and cost almost nothing, so a search wraps all of its
     evaluations in one block and each evaluation may use it again.
     """
-    _blas_limit.acquire()
+    return _blas_limit
+
+
+class Task(Generic[Result]):
+    """A call that is made once, by whoever comes first: a helper, or who needs its result."""
+
+    def __init__(self, function: Callable[[], Result]) -> None:
+        self._function: Callable[[], Result] | None = function
+        self._claim = threading.Lock()
+        self._unfinished = threading.Lock()
+        self._unfinished.acquire()
+        self._value: Any = None
+        self._error: BaseException | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether the call has been made."""
+        return not self._unfinished.locked()
+
+    def run(self) -> None:
+        """Make the call, unless somebody has begun it."""
+        if self._function is None or not self._claim.acquire(blocking=False):
+            return
+        try:
+            self._value = self._function()
+        except BaseException as error:
+            self._error = error
+        finally:
+            self._function = None  # lets go of what it holds
+            self._unfinished.release()
+
+    def result(self) -> Result:
+        """Return the result, after making the call or waiting for whoever makes it.
+
+        Raises:
+            Exception: whatever the call raised.
+        """
+        self.run()
+        with self._unfinished:
+            pass
+        if self._error is not None:
+            raise self._error
+        value: Result = self._value
+        return value
+
+
+class _Crew:
+    """Helper threads, and two queues: what somebody waits for, and what can be done any time."""
+
+    def __init__(self, helpers: int) -> None:
+        self._urgent: deque[Task[Any]] = deque()
+        self._spare: deque[Task[Any]] = deque()
+        self._tokens: SimpleQueue[None] = SimpleQueue()  # one for each task of either queue
+        for _ in range(helpers):
+            threading.Thread(target=self._work, name="irlpilco", daemon=True).start()
+
+    def add(self, task: Task[Any], urgent: bool) -> None:
+        """Let a helper make a call as soon as one is free."""
+        (self._urgent if urgent else self._spare).append(task)
+        self._tokens.put(None)
+
+    def _work(self) -> None:
+        while True:
+            self._tokens.get()
+            _ = _run_first(self._urgent) or _run_first(self._spare)
+
+    def fill_in(self, task: Task[Any]) -> None:
+        """Do spare tasks, if there are any, until a task that others have begun is done."""
+        while not task.done and _run_first(self._spare):
+            pass
+
+
+def _run_first(tasks: deque[Task[Any]]) -> bool:
+    """Run the oldest of some tasks; return False if there is none."""
     try:
-        yield
-    finally:
-        _blas_limit.release()
+        task = tasks.popleft()
+    except IndexError:
+        return False
+    task.run()
+    return True
 
 
-_pools: dict[int, ThreadPoolExecutor] = {}
-_pools_lock = threading.Lock()
-os.register_at_fork(after_in_child=_pools.clear)  # a forked child has none of the threads
+_crews: dict[int, _Crew] = {}
+_crews_lock = threading.Lock()
+os.register_at_fork(after_in_child=_crews.clear)  # a forked child has none of the threads
 
 
-def _pool(threads: int) -> ThreadPoolExecutor:
-    with _pools_lock:
-        if threads not in _pools:
-            _pools[threads] = ThreadPoolExecutor(threads, thread_name_prefix="irlpilco")
-        return _pools[threads]
+def _crew(threads: int) -> _Crew:
+    with _crews_lock:
+        if threads not in _crews:
+            _crews[threads] = _Crew(threads - 1)
+        return _crews[threads]
 
 
 def run_parallel(
@@ -108,17 +183,30 @@ def run_parallel(
                 stop.set()
                 raise
 
-    pool = _pool(threads - 1)
-    futures: list[Future[None]] = [pool.submit(work) for _ in range(helpers)]
-    try:
-        work()
-    finally:
-        # A helper that has not begun (the pool is busy elsewhere) has nothing left to do.
-        waiting = [future for future in futures if not future.cancel()]
-        errors = [error for future in waiting if (error := future.exception())]
-    if errors:
-        raise errors[0]
+    crew = _crew(threads)
+    tasks = [Task(work) for _ in range(helpers + 1)]
+    for task in tasks[1:]:
+        crew.add(task, urgent=True)
+    for task in tasks:  # the first is the caller's; others that nobody has begun find nothing left
+        task.run()
+        crew.fill_in(task)
+    for task in tasks:
+        task.result()
     return results
+
+
+def run_later(function: Callable[[], Result], threads: int) -> Task[Result]:
+    """Return a call that helpers make when they have nothing better to do.
+
+    Whoever asks for its result first makes it himself. On one thread it is made at once, while
+    what it needs is still in the cache.
+    """
+    task = Task(function)
+    if threads > 1:
+        _crew(threads).add(task, urgent=False)
+    else:
+        task.run()
+    return task
 
 
 def _keep_freed_memory() -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, Pullback
+from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, Pullback, symmetric
 
 
 def sine_moments(angles: Gaussian) -> tuple[Moments, Pullback]:
     """Return the exact moments of sin(a), elementwise, for a ~ N(m, S).
 
-    E sin a = exp(-s/2) sin m, and products of sines become sums of cosines of a_i - a_j and
-    a_i + a_j, which are Gaussian too.
+    E sin a = exp(-s/2) sin m with the variances s, and with p_ij = exp(-(s_i + s_j)/2)
+    cov(sin a_i, sin a_j) = p_ij (sinh(S_ij) cos m_i cos m_j + (cosh(S_ij) - 1) sin m_i sin m_j).
 
     Args:
         angles: Mean (k,) and covariance (k, k) [rad]; the covariance may be singular.
@@ -22,42 +23,43 @@ def sine_moments(angles: Gaussian) -> tuple[Moments, Pullback]:
         Moments with mean (k,), covariance (k, k) and diagonal Jacobian (k, k), and their pullback.
     """
     m, S = angles.mean, angles.covariance
-    variances = np.diagonal(S)
+    variances = S.diagonal()
     damping = np.exp(-0.5 * variances)
-    mean = damping * np.sin(m)
-    slope = damping * np.cos(m)
-
-    half_sum = 0.5 * (variances[:, None] + variances)
-    both = np.exp(-half_sum)
-    minus = _exp_difference(S, half_sum, both)
-    plus = _exp_difference(-S, half_sum, both)
-    difference_angle, sum_angle = m[:, None] - m, m[:, None] + m
-    covariance = 0.5 * (minus * np.cos(difference_angle) - plus * np.cos(sum_angle))
+    sine, cosine = np.sin(m), np.cos(m)
+    mean, slope = damping * sine, damping * cosine
+    odd, even, both = _damped_hyperbolics(S, variances)
+    sines, cosines = sine[:, None] * sine, cosine[:, None] * cosine
+    covariance = odd * cosines + even * sines
 
     def pullback(
         mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
     ) -> tuple[Array, Array]:
-        slope_bar = np.diagonal(jacobian_bar)
-        bar = 0.5 * (covariance_bar + covariance_bar.T)
+        slope_bar = jacobian_bar.diagonal()
+        bar = symmetric(covariance_bar)
         m_bar = mean_bar * slope - slope_bar * mean
-        m_bar += (bar * (plus * np.sin(sum_angle) - minus * np.sin(difference_angle))).sum(axis=1)
-        S_bar = (
-            0.5
-            * bar
-            * ((minus + both) * np.cos(difference_angle) + (plus + both) * np.cos(sum_angle))
-        )
+        m_bar += 2.0 * cosine * ((bar * even) @ sine) - 2.0 * sine * ((bar * odd) @ cosine)
+        S_bar = bar * ((even + both) * cosines + odd * sines)
         own = (bar * covariance).sum(axis=1) + 0.5 * (mean_bar * mean + slope_bar * slope)
-        S_bar[np.diag_indices_from(S_bar)] -= own
+        S_bar.reshape(-1)[:: len(m) + 1] -= own
         return m_bar, S_bar
 
     return Moments(mean, covariance, np.diag(slope)), pullback
 
 
-def _exp_difference(S: Array, half_sum: Array, both: Array) -> Array:
-    """Return exp(S - half_sum) - exp(-half_sum), without cancellation or overflow."""
-    small = np.abs(S) < 1.0
-    accurate = both * np.expm1(np.where(small, S, 0.0))
-    return np.where(small, accurate, np.exp(S - half_sum) - both)
+def _damped_hyperbolics(S: Array, variances: Array) -> tuple[Array, Array, Array]:
+    """Return p sinh S, p (cosh S - 1) and p = exp(-(s_i + s_j)/2), without cancellation.
+
+    Nor do they overflow: |S_ij| is at most (s_i + s_j)/2, so that only factors could, not products.
+    """
+    half_sum = 0.5 * (variances[:, None] + variances)
+    both = np.exp(-half_sum)
+    if np.abs(S).max(initial=0.0) < 1.0:
+        plus, minus = both * np.expm1(S), both * np.expm1(-S)
+    else:
+        small = np.where(np.abs(S) < 1.0, S, 0.0)
+        plus = np.where(small == S, both * np.expm1(small), np.exp(S - half_sum) - both)
+        minus = np.where(small == S, both * np.expm1(-small), np.exp(-S - half_sum) - both)
+    return 0.5 * (plus - minus), 0.5 * (plus + minus), both
 
 
 def sine_cosine_moments(state: Gaussian, angles: Sequence[int]) -> tuple[Moments, Pullback]:
@@ -70,14 +72,10 @@ def sine_cosine_moments(state: Gaussian, angles: Sequence[int]) -> tuple[Moments
     Returns:
         Moments with mean (2A,), covariance (2A, 2A), Jacobian (2A, D), and their pullback.
     """
-    index = np.repeat(np.asarray(angles, dtype=int), 2)
-    quarter = np.tile([0.0, 0.5 * np.pi], len(angles))  # cos x = sin(x + pi/2)
-    size = len(state.mean)
+    selection, quarter = _sine_cosine_selection(tuple(angles), len(state.mean))
     sines, pull_sines = sine_moments(
-        Gaussian(state.mean[index] + quarter, state.covariance[np.ix_(index, index)])
+        Gaussian(selection @ state.mean + quarter, selection @ state.covariance @ selection.T)
     )
-    selection = np.zeros((len(index), size))
-    selection[np.arange(len(index)), index] = 1.0
 
     def pullback(
         mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
@@ -88,3 +86,12 @@ def sine_cosine_moments(state: Gaussian, angles: Sequence[int]) -> tuple[Moments
         return selection.T @ angle_bar, selection.T @ angle_covariance_bar @ selection
 
     return Moments(sines.mean, sines.covariance, sines.jacobian @ selection), pullback
+
+
+@lru_cache(maxsize=16)
+def _sine_cosine_selection(angles: tuple[int, ...], size: int) -> tuple[Array, Array]:
+    """Return what picks every angle twice (2A, size), and the phases (2A,) of sin and cos."""
+    index = np.repeat(np.asarray(angles, dtype=int), 2)
+    selection = np.zeros((len(index), size))
+    selection[np.arange(len(index)), index] = 1.0
+    return selection, np.tile([0.0, 0.5 * np.pi], len(angles))  # cos x = sin(x + pi/2)
