@@ -38,7 +38,7 @@ def test_zero_stands_still_and_random_is_the_thesis(kind):
 def test_limit_follows_the_demonstration_within_floor_and_robot():
     task = dataclasses.replace(toy_task(), control_limit=np.array([0.25, 2.0]))
     fastest = np.abs(task.demonstrated_controls()).max(axis=0)
-    limit = policy_limit(task, LearningSettings())
-    np.testing.assert_allclose(limit, [0.25, 2.0 * fastest[1]])
+    limit = policy_limit(task, LearningSettings(velocity_limit_factor=1.5))
+    np.testing.assert_allclose(limit, [0.25, 1.5 * fastest[1]])
     slow = LearningSettings(velocity_limit_factor=1.0, velocity_limit_floor=1.9)
     np.testing.assert_allclose(policy_limit(task, slow), [0.25, 1.9])
