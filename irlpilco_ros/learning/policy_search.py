@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, optimize
 
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.gaussian import Array
@@ -204,6 +203,8 @@ def _damped_step(damped: Array, gradient: Array) -> Array | None:
 
     The lift is for directions that change nothing: no curvature, no gradient, no damping.
     """
+    from scipy import linalg  # late: it takes as long as all else here
+
     lifted = damped.copy()
     lifted[np.diag_indices_from(lifted)] += _LIFT * float(np.trace(damped)) / len(gradient) + 1e-12
     try:
@@ -220,6 +221,8 @@ def _quasi_newton(tracker: _Tracker, start: Evaluation, optimiser: str) -> Evalu
     Returns:
         The best evaluation that followed from this start.
     """
+    from scipy import optimize  # late: it takes as long as all else here
+
     best = start
     limit = 10 * tracker.limit  # never the first to be reached
     options = {

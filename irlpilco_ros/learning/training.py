@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
 
 from irlpilco_ros.learning.dynamics_model import (
     MAX_EXACT_POINTS,
@@ -147,6 +146,7 @@ def _maximise_evidence(
     max_evaluations: int,
 ) -> Array:
     """Return the best parameters [log l, log s, log noise] that L-BFGS finds for one output."""
+    from scipy import optimize  # late: it takes as long as all else here
 
     def objective(parameters: Array) -> tuple[float, Array]:
         value, gradient = negative_log_evidence(inputs, targets, parameters)

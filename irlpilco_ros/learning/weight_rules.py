@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from scipy import optimize
 
 from irlpilco_ros.learning.gaussian import Array
 
@@ -72,6 +71,8 @@ def minimum_norm_point(points: Array) -> Array:
     Non-negative least squares finds the mixture: minimise |P'c|^2 + (1'c - 1)^2 over c >= 0,
     whose solution is the wanted mixture up to its length.
     """
+    from scipy import optimize  # late: it takes as long as all else here
+
     size = float(np.abs(points).max())
     if size == 0.0:
         return np.zeros(points.shape[1])
