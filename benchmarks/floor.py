@@ -2,9 +2,9 @@
 
 Per step and output, from the formulas of `irlpilco_ros/learning/output_moments.py`: the products
 that make the n x n exponents (n x P times P x n) and use the result (P x n times n x n), the
-n x n exponential in between, and five products of n x P with P x P or of P x n with n x P (z'P1 z,
-z'G z, the second moments for Hess and for dv/dS, and the one for the pullback of V). Per pair of
-outputs, for `exact`: the same with four. The full n x n matrices, although a variance's is
+n x n exponential in between, and four products of n x P with P x P or of P x n with n x P (z'P1 z,
+z'G z, the second moments for dv/dS, and the one for the pullback of V). Per pair of outputs, for
+`exact`: the same. The full n x n matrices, although a variance's is
 symmetric. Preallocated arrays, numpy's own kernels, one BLAS thread per thread of ours.
 """
 
@@ -15,15 +15,16 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+SMALL_PRODUCTS = 4  # of n x P with P x P
 STACKS = (1, 4, 14)  # how many matrices one call of numpy may work on
 
 
 class _Share:
     """One thread's share: `count` matrices at a time, `repeats` times."""
 
-    def __init__(self, count: int, repeats: int, n: int, size: int, small: int) -> None:
+    def __init__(self, count: int, repeats: int, n: int, size: int) -> None:
         random = np.random.default_rng(0)
-        self.repeats, self.small = repeats, small
+        self.repeats = repeats
         self.rows = random.standard_normal((count, n, size))
         self.columns = 0.01 * random.standard_normal((count, size, n))
         self.square = np.eye(size)
@@ -36,7 +37,7 @@ class _Share:
             np.matmul(self.rows, self.columns, out=self.pairs)
             np.exp(self.pairs, out=self.pairs)
             np.matmul(self.columns, self.pairs, out=self.products)
-            for _ in range(self.small):
+            for _ in range(SMALL_PRODUCTS):
                 np.matmul(self.rows, self.square, out=self.turned)
 
 
@@ -56,17 +57,11 @@ class Floor:
             exact: Whether the pairs of outputs count too.
             threads: Among which the work is shared.
         """
-        work = [(outputs, 5), (outputs * (outputs - 1) // 2 if exact else 0, 4)]
+        count = outputs + (outputs * (outputs - 1) // 2 if exact else 0)
 
-        def shares(stack: int, repeats: int) -> list[list[_Share]]:
-            return [
-                [
-                    _Share(stack, -(-count * repeats // (threads * stack)), n, size, small)
-                    for count, small in work
-                    if count
-                ]
-                for _ in range(threads)
-            ]
+        def shares(stack: int, repeats: int) -> list[_Share]:
+            each = -(-count * repeats // (threads * stack))
+            return [_Share(stack, each, n, size) for _ in range(threads)]
 
         self._pool = ThreadPoolExecutor(threads)
         best = np.inf
@@ -82,4 +77,4 @@ class Floor:
 
     def run(self) -> None:
         """Do the arithmetic once."""
-        list(self._pool.map(lambda mine: [share.run() for share in mine], self._shares))
+        list(self._pool.map(_Share.run, self._shares))
