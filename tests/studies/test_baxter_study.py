@@ -8,7 +8,7 @@ import pytest
 
 from irlpilco_ros import cli
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.studies.baxter import headline, perturbations, reproduce, second_robot
+from irlpilco_ros.studies.baxter import hands, headline, perturbations, reproduce, second_robot
 from irlpilco_ros.studies.baxter.debris import debris_run
 from irlpilco_ros.studies.baxter.figures import write_figures
 from irlpilco_ros.studies.baxter.learning_run import learned_policy, learning_job, thesis_settings
@@ -144,6 +144,17 @@ def test_computing_and_robot_time_stand_beside_the_thesiss(learned, tmp_path):
     assert line.endswith("| 128 | 80 | 1 |")
     assert "| feature expectations, reported | " in table
     assert "| 54000 |" in table
+
+
+def test_seeds_within_the_bar_of_the_hands_are_counted(learned, tmp_path):
+    store = ResultStore(tmp_path)
+    for seed, brush_tip in enumerate((0.0049, 0.0051)):
+        rows = [{**row, "hands": [0.001, brush_tip]} for row in sixteen_rows(learned)[:8]]
+        store.write(hands.hands_job(headline.DEFAULT, seed), {**learned, "rows": rows})
+    lines = EXPERIMENTS["hands"].table(store, range(2)).splitlines()
+    (pan, brush) = (line for line in lines if line.startswith("| default, imitating hands"))
+    assert pan.endswith("| 2 of 2 |")
+    assert brush.endswith("| 1 of 2 |")
 
 
 def test_a_row_has_the_prediction_for_its_trial(learned):

@@ -21,6 +21,7 @@ CHANGES: dict[str, dict[str, Any]] = {
     "first policy random": {"initial_policy": "random"},
     "start from the last policy only": {"starts": ("last",)},
     "L-BFGS": {"optimiser": "lbfgs"},
+    "L-BFGS, 80 evaluations": {"optimiser": "lbfgs", "evaluations": 80},
     "exact covariance": {"covariance": "exact"},
     "weights of the latest trial": {"weight_rule": "latest"},
     "projection weights": {"weight_rule": "projection"},
@@ -38,7 +39,7 @@ def jobs(seeds: Sequence[int]) -> list[Job]:
     return [
         learning_job(
             EXPERIMENT,
-            name.replace(" ", "_"),
+            name.replace(",", "").replace(" ", "_"),
             seed,
             "miscalibrated",
             dataclasses.replace(LearningSettings(), **change),

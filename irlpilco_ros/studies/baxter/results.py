@@ -24,6 +24,9 @@ from irlpilco_ros.studies.tables import by_condition, markdown, spread
 EARLY_BAR, LATE_BAR = (3, 0.02), (7, 0.012)
 """What the joint error is held against: after this iteration, at most so much [rad]."""
 
+HANDS_BAR = (7, 0.005)
+"""What the error of each tool point is held against [m]."""
+
 
 @dataclass(frozen=True)
 class Experiment:
@@ -105,8 +108,17 @@ def hands_table(store: ResultStore, seeds: Sequence[int]) -> str:
                 cells = [
                     spread([run["rows"][k]["hands"][number] for run in runs]) for k in iterations
                 ]
-                rows.append([f"{robot}, imitating {features}: {point}", *cells, str(len(runs))])
-    return markdown(["robot", *[f"k = {k}" for k in iterations], "seeds"], rows)
+                within = _within([run["rows"] for run in runs], HANDS_BAR, number)
+                rows.append([f"{robot}, imitating {features}: {point}", *cells, within])
+    bar = f"≤ {1e3 * HANDS_BAR[1]:.0f} at {HANDS_BAR[0]}"
+    return markdown(["robot", *[f"k = {k}" for k in iterations], bar], rows)
+
+
+def _within(runs: Sequence[Sequence[Result]], bar: tuple[int, float], point: int) -> str:
+    """Return in how many runs a tool point is within a bar."""
+    iteration, limit = bar
+    held = sum(rows[iteration]["hands"][point] <= limit for rows in runs)
+    return f"{held} of {len(runs)}"
 
 
 def ablation_table(store: ResultStore, seeds: Sequence[int]) -> str:
