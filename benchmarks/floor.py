@@ -4,8 +4,8 @@ Per step and output, from the formulas of `irlpilco_ros/learning/output_moments.
 that make the n x n exponents (n x P times P x n) and use the result (P x n times n x n), the
 n x n exponential in between, and four products of n x P with P x P or of P x n with n x P (z'P1 z,
 z'G z, the second moments for dv/dS, and the one for the pullback of V). Per pair of outputs, for
-`exact`: the same. The full n x n matrices, although a variance's is
-symmetric. Preallocated arrays, numpy's own kernels, one BLAS thread per thread of ours.
+`exact`: the same. The full n x n matrices, although a variance's is symmetric. Preallocated arrays,
+numpy's own kernels, one BLAS thread per thread of ours.
 """
 
 from __future__ import annotations
