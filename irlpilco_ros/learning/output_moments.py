@@ -22,6 +22,7 @@ computed, strip by strip.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,8 @@ from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import Task, one_blas_thread, run_later, scratch
+
+_CACHED_ELEMENTS = 450_000  # n x n values whose strips stay in the cache together
 
 SMALLEST_EXPONENT = -500.0
 """Exponents are clipped here: exp(-500) is nothing, but denormal numbers are 20 times slower."""
@@ -196,17 +199,19 @@ class _PairSums:
         pair_weights = posterior.pair_weights[group]
         rows = np.zeros((count, n))
         products = np.empty((count, size + 1, n if gradient else 0))
-        for start, stop in posterior.strips:
+        for part, (start, stop) in itertools.product(cached_parts(count, n), posterior.strips):
             # The strip's columns, and all rows down to its last column's.
-            pairs = scratch("pairs", (count, stop, stop - start))
-            np.matmul(np.swapaxes(left[:, :, :stop], 1, 2), right[:, :, start:stop], out=pairs)
+            turned = np.swapaxes(left[part, :, :stop], 1, 2)
+            pairs = scratch("pairs", (len(turned), stop, stop - start))
+            np.matmul(turned, right[part, :, start:stop], out=pairs)
             if clip:
                 np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
             np.exp(pairs, out=pairs)
-            pairs *= pair_weights[:, :stop, start:stop]
-            rows[:, :stop] += pairs @ np.ones(stop - start)
+            pairs *= pair_weights[part, :stop, start:stop]
+            rows[part, :stop] += pairs @ np.ones(stop - start)
             if gradient:
-                np.matmul(displacements.z[:, :, :stop], pairs, out=products[:, :, start:stop])
+                z = displacements.select(part).z[:, :, :stop]
+                np.matmul(z, pairs, out=products[part, :, start:stop])
         return _PairSums(displacements, precision, rows.sum(axis=1), rows, products)
 
     def derivatives(self) -> SquareDerivatives:
@@ -222,6 +227,12 @@ class _PairSums:
             by_covariance = self.precision @ moment @ self.precision
             by_covariance -= self.total[:, None, None] * self.precision
         return SquareDerivatives(by_mean, by_covariance)
+
+
+def cached_parts(count: int, n: int) -> list[slice]:
+    """Cut a stack of n x n matrices into parts that fit into the cache, a strip at a time."""
+    step = max(1, _CACHED_ELEMENTS // n**2)
+    return [slice(start, min(start + step, count)) for start in range(0, count, step)]
 
 
 def _exponent_factors(

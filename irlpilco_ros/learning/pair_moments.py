@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 from irlpilco_ros.learning.displacements import Displacements
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
-from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT
+from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, cached_parts
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
 
-_CACHED_ELEMENTS = 400_000  # n x n values of the pairs whose strips stay in the cache together
 _BLOCK_ELEMENTS = 2_000_000  # n x n values of the pairs that are worked on together
 
 
@@ -152,7 +151,7 @@ def _products(
     rows = np.zeros((count, n))
     products = scratch("products", (count, height - 1, n))
     weighted = block.z_a.z * weights_a[:, None, :] if gradient else products
-    for part, strip in itertools.product(_parts(count, n), posterior.strips):
+    for part, strip in itertools.product(cached_parts(count, n), posterior.strips):
         columns = slice(*strip)
         turned = np.swapaxes(left[part], 1, 2)
         pairs = scratch("pairs", (len(turned), n, columns.stop - columns.start))
@@ -167,12 +166,6 @@ def _products(
     if gradient:
         products *= weights_b[:, None, :]
     return rows, products
-
-
-def _parts(count: int, n: int) -> list[slice]:
-    """Cut a block of pairs into parts that fit into the cache, a strip at a time."""
-    step = max(1, _CACHED_ELEMENTS // n**2)
-    return [slice(start, min(start + step, count)) for start in range(0, count, step)]
 
 
 def _exponent_factors(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from irlpilco_ros.learning.threads import one_blas_thread, run_parallel, scratch
+from irlpilco_ros.learning.threads import one_blas_thread, run_later, run_parallel, scratch
 
 
 def blas_threads():
@@ -58,6 +58,40 @@ def test_parallel_work_may_be_nested():
         return sum(run_parallel(lambda j: i * j, range(5), 2))
 
     assert run_parallel(outer, range(6), 2) == [10 * i for i in range(6)]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_call_for_later_is_made_once(threads):
+    calls = []
+    tasks = [run_later(lambda i=i: calls.append(i) or i, threads) for i in range(200)]
+    assert [task.result() for task in reversed(tasks)] == list(range(199, -1, -1))
+    assert [task.result() for task in tasks] == list(range(200))
+    assert sorted(calls) == list(range(200))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_error_of_a_call_for_later_is_raised_to_who_asks(threads):
+    def fail():
+        raise ValueError("late")
+
+    task = run_later(fail, threads)
+    with pytest.raises(ValueError, match="late"):
+        task.result()
+    assert run_parallel(lambda i: i, range(4), threads) == [0, 1, 2, 3]
+
+
+def test_whoever_waits_does_what_was_left_for_later():
+    begun, left = threading.Event(), threading.Event()
+
+    def work(i):
+        if threading.current_thread() is threading.main_thread():
+            begun.wait(20.0)
+            run_later(left.set, 2)
+            return "caller"
+        begun.set()
+        return left.wait(20.0)  # the only helper is busy: nobody but the caller can set it
+
+    assert set(run_parallel(work, range(2), 2)) == {"caller", True}
 
 
 def test_scratch_belongs_to_its_thread():
