@@ -53,7 +53,7 @@ COST_WIDTH = 0.25  # [m] of the saturating cost, as in PILCO's example
 START_SPREAD = CartPoleSettings().start_spread
 
 EXPERT_SETTINGS = LearningSettings(
-    policy="rbf", rbf_count=10, optimiser="bfgs", evaluations=150, covariance="first_order"
+    policy="rbf", rbf_count=10, optimiser="bfgs", evaluations=200, covariance="first_order"
 )
 """Classical PILCO as in its example: 10 bumps, BFGS; see docs/cart_pole.md."""
 
