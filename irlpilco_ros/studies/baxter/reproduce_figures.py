@@ -58,6 +58,7 @@ def _errors(axes: Axes, title: str, errors: Mapping[str, Array], quantity: str) 
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if not errors:
         axes.text(0.5, 0.5, "not measured", ha="center", transform=axes.transAxes)
+        style.blank(axes)
         return
     for method, values in errors.items():
         label = f"{method.replace('_', ' ')}, {_count(len(values))}"
