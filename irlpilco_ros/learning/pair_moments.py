@@ -14,6 +14,7 @@ With D = Lambda^-1 of each output, L = D_a + D_b, K = (S + L^-1)^-1 and T = L^-1
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, cached_parts
 from irlpilco_ros.learning.posterior import Posterior
 from irlpilco_ros.learning.threads import run_parallel, scratch
 
-_BLOCK_ELEMENTS = 2_000_000  # n x n values of the pairs that are worked on together
+_BLOCK_ELEMENTS = 2_000_000  # most n x n values of the pairs that are worked on together
 
 
 @dataclass(frozen=True)
@@ -93,8 +94,11 @@ def all_pairs(
             posterior, covariance, block, by_mean[part], by_covariance[part], gradient
         )
 
-    height = max(1, _BLOCK_ELEMENTS // posterior.weights.shape[1] ** 2)
-    parts = [slice(start, start + height) for start in range(0, len(first), height)]
+    sharers = len(posterior.groups)  # as many blocks for each
+    elements = len(first) * posterior.weights.shape[1] ** 2
+    blocks = sharers * max(1, math.ceil(elements / (sharers * _BLOCK_ELEMENTS)))
+    edges = np.linspace(0, len(first), blocks + 1).astype(int)
+    parts = [slice(start, stop) for start, stop in itertools.pairwise(edges) if start < stop]
     run_parallel(one_block, parts, threads)
     result = np.zeros((posterior.outputs, posterior.outputs))
     result[first, second] = values
