@@ -44,6 +44,7 @@ benchmark: $(READY)  ## measure the speed of the parts
 	$(BIN)/python -m benchmarks $(ARGS)
 
 results: $(READY)  ## measure what docs/results.md says; hours, resumable (ARGS="--processes 2")
+	$(BIN)/irlpilco cart-pole
 	$(BIN)/irlpilco study baxter --document docs/results.md $(ARGS)
 
 docs: $(READY)  ## write msgs_docs/parameters.md from the code

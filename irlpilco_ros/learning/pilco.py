@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -35,6 +36,9 @@ class ControlTask:
         horizon: Number of steps H.
         control_limit: Largest absolute value of each control, shape (F,).
         cost: What a predicted trajectory costs.
+        wider_cost: One with the same optimum that slopes where `cost` is flat, if there is one:
+            policies are searched from where it leads to as well. A saturating cost is flat all
+            over but near its target, and some searches never get there.
     """
 
     layout: StateLayout
@@ -42,6 +46,7 @@ class ControlTask:
     horizon: int
     control_limit: Array
     cost: Cost
+    wider_cost: Cost | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def pilco(
     Args:
         task: What is to be controlled.
         settings: `policy` ("rbf" or "linear"), `rbf_count`, `optimiser`, `evaluations`,
-            `covariance`, `seed` and `threads` are used.
+            `covariance`, `seed` and `threads` are used, and `race` with a wider cost.
         run_trial: Runs a policy on the system and returns what happened.
         iterations: How often to learn.
 
@@ -115,7 +120,12 @@ def improve(
             model, task.start, task.horizon, task.layout, task.cost, covariance=method
         )
         found = search_policy(
-            objective, [policy], settings.optimiser, settings.evaluations, progress
+            objective,
+            _starts(task, settings, objective, policy),
+            settings.optimiser,
+            settings.evaluations,
+            progress,
+            settings.race,
         )
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
     return PilcoIteration(
@@ -126,6 +136,16 @@ def improve(
         prediction=prediction,
         evaluations=found.evaluations,
     )
+
+
+def _starts(
+    task: ControlTask, settings: LearningSettings, objective: Objective, policy: Policy
+) -> list[Policy]:
+    """Return a policy, and where the wider cost leads from it."""
+    if task.wider_cost is None:
+        return [policy]
+    wider = dataclasses.replace(objective, cost=task.wider_cost)
+    return [policy, search_policy(wider, [policy], settings.optimiser, settings.race).policy]
 
 
 def random_controls(task: ControlTask, seed: int) -> OpenLoopPolicy:

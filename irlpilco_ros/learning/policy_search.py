@@ -59,7 +59,9 @@ class _Tracker:
         """Return an evaluation, or None where the model has no finite answer."""
         self.evaluations += 1
         try:
-            evaluation: Evaluation | None = self.objective.evaluate(policy)
+            # A line search may step to where numbers overflow: the error says all there is to say.
+            with np.errstate(all="ignore"):
+                evaluation: Evaluation | None = self.objective.evaluate(policy)
         except NumericalError:
             evaluation = None
         if evaluation is not None and (self.best is None or evaluation.value < self.best.value):

@@ -24,7 +24,7 @@ FEWER = {"evaluations": 6, "race": 2, "stages": 2}
 def quick():
     """Let experts search for less, all the while."""
     with pytest.MonkeyPatch.context() as patch:
-        settings = dataclasses.replace(cart_pole_runs.EXPERT_SETTINGS, evaluations=6)
+        settings = dataclasses.replace(cart_pole_runs.EXPERT_SETTINGS, evaluations=6, race=3)
         patch.setattr(cart_pole_runs, "EXPERT_SETTINGS", settings)
         yield
 

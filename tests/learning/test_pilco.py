@@ -48,6 +48,19 @@ def test_pilco_learns_to_reach_the_target():
     assert found[-1].prediction.means.shape == (9, 2)
 
 
+def test_a_wider_cost_leads_out_of_where_a_saturating_one_is_flat():
+    """From far below the target, a narrow cost says little about the way."""
+    narrow = dataclasses.replace(
+        pendulum_task(),
+        cost=StateCost(JointPositions(2), np.array([np.pi / 2, 0.0]), np.diag([400.0, 0.0])),
+    )
+    helped = dataclasses.replace(narrow, wider_cost=pendulum_task().cost)
+    settings = dataclasses.replace(SETTINGS, race=25)
+    trials = [run_trial(random_controls(narrow, SETTINGS.seed))]
+    alone, led = (improve(task, settings, trials).cost for task in (narrow, helped))
+    assert led < alone - 1.0
+
+
 def test_first_trial_is_random_within_the_limit():
     task = pendulum_task()
     table = random_controls(task, 1).controls
