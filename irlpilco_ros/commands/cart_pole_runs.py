@@ -214,7 +214,7 @@ def run_expert(folder: Path, seed: int, trials: int, tell: Tell) -> list[TrialRe
             settings,
             [record.rollout for record in records],
             previous,
-            _counting(tell, f"trial {number + 1}", settings.evaluations),
+            _counting(tell, f"trial {number + 1}", settings.evaluations + settings.race),
         )
         times, learned = clock.read(), _learned_by_pilco(found)
         records.append(_keep(folder, number, robot.run(found.policy), times, learned))
@@ -261,7 +261,7 @@ def run_imitation(
 
 
 def _counting(tell: Tell, stage: str, evaluations: int) -> Callable[[float, int], None]:
-    return lambda _, done: tell(stage, done / evaluations)
+    return lambda _, done: tell(stage, min(1.0, done / evaluations))
 
 
 def _fraction(tell: Tell, stage: str) -> Callable[[Progress], None]:
