@@ -60,9 +60,10 @@ def test_plays_in_real_time_from_a_file(ros: RosGraph, tmp_path) -> None:
         parameters={"motion_file": str(path), "approach_speed": 0.07},
     )
     moving = ros.trigger_async("demonstrator/move_to_start")
-    busy = ros.trigger("demonstrator/play")
-    assert not busy.success
-    assert busy.message == "busy: move_to_start is under way"
+    ros.wait_for(
+        lambda: ros.trigger("demonstrator/play").message == "busy: move_to_start is under way",
+        "the way to the start",
+    )
     ros.wait_for(moving.done, "the start", 20.0)
     assert moving.result().success, moving.result().message
     listener = ros.listen(JointState, "joint_states", EVERY_STATE, publishers=1)
