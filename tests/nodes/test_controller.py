@@ -99,6 +99,16 @@ def assert_stopped(graph, robot, answer, reason, diagnostics):
     assert len(robot.commands) == count, "idle means that nothing is published"
 
 
+def trigger_when_heard(ros, service):
+    """Call a service until the controller has heard the robot, which takes it a while to find."""
+
+    def answer():
+        response = ros.trigger(service)
+        return None if response.message.startswith("no joint state yet") else response
+
+    return ros.wait_for(answer, "the controller to hear the robot")
+
+
 GAINS = np.array([[0.5, 0.0, 0.1, 0.0], [0.0, -0.5, 0.0, 0.1]])
 LINEAR = LinearPolicy(GAINS, np.array([0.3, -0.4]), np.array([1.0, 2.0]))
 
@@ -108,7 +118,7 @@ def run_trial(ros, lockstep):
     ros.start(CONTROLLER, parameters={**ROBOT, **policy_to_parameters(LINEAR, JOINTS)})
     with FakeRobot(ros, JOINTS, [0.1, -0.1], wall_step=0.004, lockstep=lockstep) as robot:
         ros.wait_for(lambda: len(robot.states) > 1, "states")
-        answer = ros.trigger("controller/run_trial")
+        answer = trigger_when_heard(ros, "controller/run_trial")
         assert answer.success, answer.message
         assert "4 decisions in 0.4 s" in answer.message
         ros.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "the end")
@@ -149,7 +159,7 @@ def test_only_velocities_move_the_robot_to_its_start_and_within_its_speed(ros):
     ros.start(CONTROLLER, parameters=parameters)
     with FakeRobot(ros, JOINTS, lockstep=True) as robot:
         ros.wait_for(lambda: robot.states, "states")
-        answer = ros.trigger("controller/move_to_start")
+        answer = trigger_when_heard(ros, "controller/move_to_start")
         assert answer.success, answer.message
         assert "at the start" in answer.message
     np.testing.assert_allclose(robot.vector("positions"), start, atol=0.002)
@@ -169,7 +179,7 @@ def test_a_policy_file_runs_without_a_learner_and_with_a_namespace(ros, tmp_path
     other = ros.listen(Float64MultiArray, topic, COMMAND_RECORDING, publishers=1)
     with FakeRobot(ros, JOINTS, topic="/robot/", lockstep=True) as robot:
         ros.wait_for(lambda: robot.states, "states")
-        answer = ros.trigger("/robot/controller/run_trial")
+        answer = trigger_when_heard(ros, "/robot/controller/run_trial")
         assert answer.success, answer.message
     ros.wait_for(lambda: [*other.messages[-1].data] == [0.0, 0.0], "the other output's end")
     assert {tuple(message.data) for message in other.messages} == {(0.1, -0.2), (0.0, 0.0)}
@@ -181,8 +191,8 @@ def test_an_effort_robot_gets_efforts(ros):
     ros.start(CONTROLLER, parameters={**parameters, "start_position": [0.0, 0.0]})
     with FakeRobot(ros, JOINTS, lockstep=True) as robot:
         ros.wait_for(lambda: robot.states, "states")
-        assert ros.trigger("controller/run_trial").success
-        answer = ros.trigger("controller/move_to_start")
+        assert trigger_when_heard(ros, "controller/run_trial").success
+        answer = trigger_when_heard(ros, "controller/move_to_start")
     assert "takes velocities" in answer.message
     assert {tuple(command.effort) for command in robot.commands} == {(0.1, -0.2), (0.0, 0.0)}
     assert all(len(command.velocity) == 0 for command in robot.commands)
