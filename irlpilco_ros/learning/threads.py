@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -33,12 +34,16 @@ class _BlasLimit:
         self._users = 0
         self._limit: Any = None
         self._controller: Any = None
+        self._with_scipy = False
 
     def __enter__(self) -> None:
         with self._lock:
             self._users += 1
             if self._users == 1:
-                self._controller = self._controller or ThreadpoolController()
+                # scipy is imported late, and brings a BLAS of its own.
+                if self._controller is None or not self._with_scipy:
+                    self._with_scipy = "scipy.linalg" in sys.modules
+                    self._controller = ThreadpoolController()
                 self._limit = self._controller.limit(limits=1, user_api="blas")
                 self._limit.__enter__()
 
