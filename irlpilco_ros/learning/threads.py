@@ -11,6 +11,7 @@ import math
 import os
 import sys
 import threading
+import weakref
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -41,9 +42,9 @@ class _BlasLimit:
             self._users += 1
             if self._users == 1:
                 # scipy is imported late, and brings a BLAS of its own.
-                if self._controller is None or not self._with_scipy:
-                    self._with_scipy = "scipy.linalg" in sys.modules
-                    self._controller = ThreadpoolController()
+                with_scipy = "scipy.linalg" in sys.modules
+                if self._controller is None or with_scipy != self._with_scipy:
+                    self._controller, self._with_scipy = ThreadpoolController(), with_scipy
                 self._limit = self._controller.limit(limits=1, user_api="blas")
                 self._limit.__enter__()
 
@@ -110,18 +111,25 @@ class Task(Generic[Result]):
 
 
 class _Crew:
-    """Helper threads, and two queues: what somebody waits for, and what can be done any time."""
+    """Helper threads, and two queues: what somebody waits for, and what can be done any time.
+
+    What can be done any time is held weakly: nobody needs the derivatives of an evaluation that was
+    dropped, and no helper is to go on with them.
+    """
 
     def __init__(self, helpers: int) -> None:
-        self._urgent: deque[Task[Any]] = deque()
-        self._spare: deque[Task[Any]] = deque()
+        self._urgent: deque[Callable[[], Task[Any] | None]] = deque()
+        self._spare: deque[Callable[[], Task[Any] | None]] = deque()
         self._tokens: SimpleQueue[None] = SimpleQueue()  # one for each task of either queue
         for _ in range(helpers):
             threading.Thread(target=self._work, name="irlpilco", daemon=True).start()
 
     def add(self, task: Task[Any], urgent: bool) -> None:
         """Let a helper make a call as soon as one is free."""
-        (self._urgent if urgent else self._spare).append(task)
+        if urgent:
+            self._urgent.append(lambda: task)
+        else:
+            self._spare.append(weakref.ref(task))
         self._tokens.put(None)
 
     def _work(self) -> None:
@@ -135,13 +143,14 @@ class _Crew:
             pass
 
 
-def _run_first(tasks: deque[Task[Any]]) -> bool:
-    """Run the oldest of some tasks; return False if there is none."""
+def _run_first(tasks: deque[Callable[[], Task[Any] | None]]) -> bool:
+    """Run the oldest of some tasks, if it is wanted yet; return False if there is none."""
     try:
-        task = tasks.popleft()
+        task = tasks.popleft()()
     except IndexError:
         return False
-    task.run()
+    if task is not None:
+        task.run()
     return True
 
 

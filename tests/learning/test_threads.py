@@ -1,5 +1,7 @@
 """Threads over outputs, and BLAS kept to one thread."""
 
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -80,13 +82,47 @@ def test_the_error_of_a_call_for_later_is_raised_to_who_asks(threads):
     assert run_parallel(lambda i: i, range(4), threads) == [0, 1, 2, 3]
 
 
-def test_whoever_waits_does_what_was_left_for_later():
-    begun, left = threading.Event(), threading.Event()
+def test_what_nobody_can_ask_for_any_more_is_not_computed():
+    calls, begun, queued = [], threading.Event(), threading.Event()
 
     def work(i):
         if threading.current_thread() is threading.main_thread():
             begun.wait(20.0)
-            run_later(left.set, 2)
+            run_later(lambda: calls.append("dropped"), 2)
+            kept = run_later(lambda: calls.append("kept"), 2)
+            queued.set()
+            return kept.result()
+        begun.set()
+        return queued.wait(20.0)  # the only helper, while both calls are queued
+
+    run_parallel(work, range(2), 2)
+    run_parallel(lambda i: i, range(2), 2)  # the helper goes through what is left
+    assert calls == ["kept"]
+
+
+def test_the_blas_that_scipy_brings_later_is_limited_too():
+    source = """
+from threadpoolctl import threadpool_info, threadpool_limits
+from irlpilco_ros.learning.threads import one_blas_thread
+with one_blas_thread():
+    pass
+import scipy.linalg
+with threadpool_limits(2, "blas"), one_blas_thread():
+    print({info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"})
+"""
+    found = subprocess.run(
+        [sys.executable, "-c", source], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == "{1}"
+
+
+def test_whoever_waits_does_what_was_left_for_later():
+    begun, left, kept = threading.Event(), threading.Event(), []
+
+    def work(i):
+        if threading.current_thread() is threading.main_thread():
+            begun.wait(20.0)
+            kept.append(run_later(left.set, 2))
             return "caller"
         begun.set()
         return left.wait(20.0)  # the only helper is busy: nobody but the caller can set it
