@@ -223,8 +223,8 @@ def _search_policy(
     deviation is many times the spread, it falls fastest by a wider prediction, and a search ends
     at policies that make the trajectory as uncertain as it is wrong.
     """
+    matching = _feature_matching(task, settings, weights / task.scale**2)
     if settings.method == "feature_matching" and settings.stages > 1:
-        matching = _feature_matching(task, settings, weights / task.scale**2)
         staged = StagedSearch(
             objective,
             matching,
@@ -236,7 +236,6 @@ def _search_policy(
         return staged.search(starts, report.policy)
     objectives = [objective]
     if settings.method == "trajectory_kl":
-        matching = _feature_matching(task, settings, weights / task.scale**2)
         objectives.insert(0, dataclasses.replace(objective, cost=matching))
     for number, current in enumerate(objectives):
         report.search(number, len(objectives))

@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 import pytest
+from controlled_robot import CONTROLLER, HORIZON, JOINTS, LONG, MOVING, PERIOD, ROBOT, table
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from fake_robot import FakeRobot
-from rcl_interfaces.srv import DescribeParameters, ListParameters
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
@@ -20,29 +20,6 @@ from irlpilco_ros.nodes.messages import nanoseconds
 from irlpilco_ros.nodes.qos import COMMAND_RECORDING
 
 pytestmark = pytest.mark.dds
-CONTROLLER = "irlpilco_ros.nodes.controller"
-JOINTS = ["elbow", "wrist"]
-HORIZON = 4
-PERIOD = 0.1
-ROBOT = {
-    "joints": JOINTS,
-    "position_lower": [-1.0, -1.0],
-    "position_upper": [1.0, 1.0],
-    "velocity_limit": [1.0, 2.0],
-    "control_period": PERIOD,
-    "horizon": HORIZON,
-    # The robot is a thread of this process, which a busy computer may keep silent for a while.
-    "state_timeout": 2.0,
-}
-
-
-def table(*rows):
-    """A policy that sends these rows, joints in order."""
-    return policy_to_parameters(OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4), JOINTS)
-
-
-MOVING = table(*[[0.1, -0.2]] * HORIZON)
-LONG = {**ROBOT, "horizon": 1000}  # a trial that does not end by itself
 
 
 @pytest.fixture(scope="module")
@@ -331,58 +308,6 @@ def test_a_start_out_of_reach_fails_with_the_distance(graph, robot, diagnostics)
     assert "-0.3000 rad away" in answer.result().message
 
 
-BAD_POLICIES = {
-    "shape": ({"policy.controls": [0.1, 0.2, 0.3]}, "3 values"),
-    "finiteness": ({"policy.controls": [0.1, math.nan]}, "expected finite numbers"),
-    "limit": ({"policy.velocity_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
-    "unknown joint": ({"policy.joints": ["elbow", "hand"]}, "unknown: hand; missing: wrist"),
-    "order": ({"policy.joints": ["wrist", "elbow"]}, "in this order: elbow, wrist"),
-    "kind": ({"policy.kind": "wild"}, "'wild' is unknown"),
-    "absent": ({"policy.controls": None}, "missing: controls"),
-    "of another kind": ({"policy.bias": [0.0, 0.0]}, "unknown: bias"),
-    "unknown name": ({"policy.wieghts": [0.0]}, "policy.wieghts does not exist"),
-    "start outside": ({"start_position": [0.0, 0.99]}, "inside its limits [-1, 1] rad"),
-    "start length": ({"start_position": [0.0]}, "1 values for 2 joints"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_POLICIES)
-def test_a_bad_policy_is_refused_whole_and_with_its_reason(graph, case):
-    good = table([0.05, 0.06])
-    assert graph.set_parameters("controller", good).successful
-    change, reason = BAD_POLICIES[case]
-    policy = {**table([0.7, 0.8]), **change}
-    given = {name: value for name, value in policy.items() if value is not None}
-    answer = graph.set_parameters("controller", given)
-    assert not answer.successful
-    assert reason in answer.reason
-    assert list(graph.get_parameter("controller", "policy.controls")) == [0.05, 0.06]
-
-
-def test_a_policy_of_another_kind_leaves_nothing_of_the_one_before(graph):
-    assert graph.set_parameters("controller", MOVING).successful
-    policy = LinearPolicy(np.zeros((2, 4)), np.zeros(2), np.ones(2))
-    linear = policy_to_parameters(policy, JOINTS)
-    assert graph.set_parameters("controller", linear).successful
-    assert list(graph.get_parameter("controller", "policy.controls")) == []
-    assert graph.get_parameter("controller", "policy.state_size") == 0
-    # One field of the policy in force can be changed alone, and is checked alike.
-    assert graph.set_parameters("controller", {"policy.bias": [0.1, 0.2]}).successful
-    assert not graph.set_parameters("controller", {"policy.bias": [0.1]}).successful
-
-
-def test_every_parameter_says_what_it_means(graph):
-    names = graph.call(
-        ListParameters, "controller/list_parameters", ListParameters.Request()
-    ).result.names
-    ours = [name for name in names if not name.startswith(("qos_", "start_type_", "use_sim_"))]
-    assert "policy.weights" in ours
-    assert "velocity_limit" in ours
-    request = DescribeParameters.Request(names=ours)
-    answer = graph.call(DescribeParameters, "controller/describe_parameters", request)
-    assert [d.name for d in answer.descriptors if not d.description] == []
-
-
 def test_without_states_policy_or_start_nothing_moves(ros):
     ros.start(CONTROLLER, parameters=ROBOT)
     heard = ros.listen(DiagnosticArray, "/diagnostics", publishers=1)
@@ -422,12 +347,3 @@ def test_a_signal_stops_the_robot_before_the_node_ends(ros, number):
         ros.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
         moved = [any(command.velocity) for command in robot.commands]
         assert moved == sorted(moved, reverse=True), "zeros after the movement, nothing else"
-
-
-def test_a_bad_policy_file_ends_the_node_with_one_line(ros):
-    parameters = {**ROBOT, **MOVING, "policy.velocity_limit": [1.0, 3.0]}
-    process = ros.start(CONTROLLER, parameters=parameters, wait=False)
-    process.expected_code = 1
-    assert process.wait() == 1
-    assert process.output.startswith("error: policy.velocity_limit of joint wrist is 3;")
-    assert len(process.output.splitlines()) == 1
