@@ -35,7 +35,7 @@ setup(
         "pyyaml",
         "rosbags>=0.10",
         "scipy>=1.14",
-        "threadpoolctl>=3",
+        "threadpoolctl>=3.8",
         "tqdm",
     ],
     extras_require={"dask": ["distributed"]},  # irlpilco study --dask

@@ -19,7 +19,7 @@ from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import OpenBLASController, ThreadpoolController
 
 from irlpilco_ros.learning.gaussian import Array
 
@@ -28,7 +28,11 @@ Result = TypeVar("Result")
 
 
 class _BlasLimit:
-    """Counts who wants BLAS limited; the first one limits it, the last one gives it back."""
+    """Counts who wants BLAS limited; the first one limits it, the last one gives it back.
+
+    threadpoolctl lets one thread set the limits of OpenBLAS, for as long as that thread lives, and
+    ignores all others. Here any thread may be first or last, so that right is taken over each time.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -45,6 +49,7 @@ class _BlasLimit:
                 with_scipy = "scipy.linalg" in sys.modules
                 if self._controller is None or with_scipy != self._with_scipy:
                     self._controller, self._with_scipy = ThreadpoolController(), with_scipy
+                OpenBLASController.clear_controlling_thread(force=True)
                 self._limit = self._controller.limit(limits=1, user_api="blas")
                 self._limit.__enter__()
 
@@ -52,7 +57,9 @@ class _BlasLimit:
         with self._lock:
             self._users -= 1
             if self._users == 0:
+                OpenBLASController.clear_controlling_thread(force=True)
                 self._limit.__exit__(None, None, None)
+                OpenBLASController.clear_controlling_thread(force=True)
 
 
 _blas_limit = _BlasLimit()

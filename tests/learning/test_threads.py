@@ -45,6 +45,36 @@ with threadpool_limits(2, "blas"):
 """)
 
 
+def test_any_thread_may_limit_blas_first_and_give_it_back_last():
+    run_alone("""
+import threading
+
+def turn(entered, leave):
+    with one_blas_thread():
+        entered.set()
+        leave.wait(20.0)
+    left.set()
+    end.wait(20.0)  # alive, as helpers are
+
+entered, leave, left, end = (threading.Event() for _ in range(4))
+before = blas_threads()
+helper = threading.Thread(target=turn, args=(entered, leave))
+helper.start()
+entered.wait(20.0)
+assert blas_threads() == {1}
+with one_blas_thread():
+    leave.set()
+    left.wait(20.0)
+    assert blas_threads() == {1}
+assert blas_threads() == before
+with threadpool_limits(2, "blas"):
+    assert blas_threads() == {2}
+with one_blas_thread():
+    assert blas_threads() == {1}
+end.set()
+""")
+
+
 def test_the_blas_that_scipy_brings_later_is_limited_too():
     run_alone("""
 with one_blas_thread():
