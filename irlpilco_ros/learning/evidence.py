@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from irlpilco_ros.learning.gaussian import Array
-from irlpilco_ros.learning.kernel import squared_exponential
-from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_inverse
+from irlpilco_ros.learning.kernel import unit_squared_exponential
+from irlpilco_ros.learning.linear_algebra import diagonals, jittered_cholesky, triangular_inverse
 
 
 def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> tuple[float, Array]:
@@ -31,17 +31,17 @@ def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> t
     scaled = inputs * np.exp(-parameters[:size])
     scaled -= scaled.mean(axis=0)
     signal, noise = np.exp(2.0 * parameters[size:])
-    latent = squared_exponential(scaled, scaled, np.ones(size), signal)
+    latent = unit_squared_exponential(scaled, scaled, signal)
     kernel = latent.copy()
-    kernel[range(n), range(n)] += noise
+    diagonals(kernel[None])[...] += noise
     factor, _ = jittered_cholesky(kernel, signal)
     inverse_factor = triangular_inverse(factor)
-    inverse = inverse_factor.T @ inverse_factor
     alpha = inverse_factor.T @ (inverse_factor @ targets)
     value = 0.5 * targets @ alpha + np.log(np.diagonal(factor)).sum()
     value += 0.5 * n * math.log(2.0 * math.pi)
 
-    w = inverse - np.outer(alpha, alpha)
+    w = inverse_factor.T @ inverse_factor
+    w -= np.outer(alpha, alpha)
     trace = np.trace(w)
     w *= latent
     rows = w.sum(axis=1)

@@ -75,8 +75,19 @@ def squared_exponential(x: Array, y: Array, lengthscales: Array, signal_variance
         Covariances, of shape (n, m).
     """
     centre = x.mean(axis=0)
-    a = (x - centre) / lengthscales
-    b = (y - centre) / lengthscales
+    return unit_squared_exponential(
+        (x - centre) / lengthscales, (y - centre) / lengthscales, signal_variance
+    )
+
+
+def unit_squared_exponential(a: Array, b: Array, signal_variance: float) -> Array:
+    """Return s^2 exp(-1/2 |a_i - b_j|^2), of shape (n, m).
+
+    Args:
+        a: Points in units of the length-scales, about zero, of shape (n, P).
+        b: Points likewise, of shape (m, P).
+        signal_variance: s^2.
+    """
     exponent: Array = a @ b.T
     exponent -= 0.5 * np.sum(a * a, axis=1)[:, None]
     exponent -= 0.5 * np.sum(b * b, axis=1)

@@ -7,6 +7,7 @@ matrix products.
 
 from __future__ import annotations
 
+import math
 import threading
 from functools import lru_cache
 
@@ -18,8 +19,20 @@ from irlpilco_ros.learning.threads import scratch
 
 _one_at_a_time = threading.Lock()  # calls as short as an inversion's fight for the GIL
 _SMALL = 12  # triangles of up to this size are LAPACK's, which has no special way with them
+_WORTH_SPLITTING = 48  # triangles of up to this size are rather padded than split
+_PADDING = 1.2
+_WORTH_SHARING = 160  # rows of a matrix
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
+
+
+def useful_threads(n: int, threads: int) -> int:
+    """Return how many threads are worth using when each works on n x n matrices, one at a time.
+
+    Smaller ones keep numpy so briefly that threads wait for each other's interpreter lock longer
+    than they work (measured: training on 64 points takes two threads twice as long as one).
+    """
+    return threads if n >= _WORTH_SHARING else 1
 
 
 def triangular_inverse(factor: Array) -> Array:
@@ -33,8 +46,27 @@ def _inverses(factors: Array) -> Array:
     count, n, _ = factors.shape
     if n <= _SMALL:
         return np.asarray(np.linalg.inv(factors), dtype=np.float64)
+    padded = 3 * _blocks(n)
+    if n > _WORTH_SPLITTING and padded > _PADDING * n:
+        return _split_inverses(factors, padded // 2)
     with _one_at_a_time:
         return _workspace(threading.get_ident(), count, n).inverses(factors)
+
+
+def _blocks(n: int) -> int:
+    """Return the smallest power of two whose blocks of 3 x 3 hold a triangle of size n."""
+    return int(2 ** math.ceil(math.log2(n / 3)))
+
+
+def _split_inverses(factors: Array, first: int) -> Array:
+    """Return [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], with A of size `first`."""
+    inverses = np.zeros_like(factors)
+    a, b, c = inverses[:, :first, :first], inverses[:, first:, :first], inverses[:, first:, first:]
+    np.negative(_inverses(factors[:, :first, :first]), out=a)
+    c[...] = _inverses(factors[:, first:, first:])
+    np.matmul(c @ factors[:, first:, :first], a, out=b)
+    np.negative(a, out=a)
+    return inverses
 
 
 @lru_cache(maxsize=16)
@@ -54,10 +86,7 @@ class _Halving:
 
     def __init__(self, count: int, n: int) -> None:
         """Lay out memory for `count` triangles of size n."""
-        blocks = 1
-        while n > 3 * blocks:
-            blocks *= 2
-        size = 3 * blocks
+        size = 3 * _blocks(n)
         whole = np.empty((count, size, size))
         leaves = _diagonal_blocks(whole, 3)
         self._corner = whole[:, :n, :n]

@@ -11,7 +11,11 @@ import numpy as np
 
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.kernel import Hyperparameters, squared_exponential
-from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_inverse
+from irlpilco_ros.learning.linear_algebra import (
+    jittered_cholesky,
+    triangular_inverse,
+    useful_threads,
+)
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
 _GROUPS = 2  # of outputs, which threads share out; more would make each numpy call too short
@@ -109,7 +113,7 @@ def condition(
         return jitter
 
     with one_blas_thread():
-        jitters = run_parallel(one_output, range(outputs), threads)
+        jitters = run_parallel(one_output, range(outputs), useful_threads(n, threads))
     return Posterior(
         points=np.ascontiguousarray(inputs.T)[None],
         lengthscales_squared=hyperparameters.lengthscales_squared,

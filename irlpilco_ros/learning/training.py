@@ -19,6 +19,7 @@ from irlpilco_ros.learning.evidence import negative_log_evidence
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.hyperprior import HYPERPRIORS, Belief, Hyperprior
 from irlpilco_ros.learning.kernel import Hyperparameters
+from irlpilco_ros.learning.linear_algebra import useful_threads
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
 _SMALLEST_SCALE = 1e-8
@@ -90,7 +91,7 @@ def train(
         prior_mean: A of the linear prior mean, of shape (E, P); None for a zero mean.
         warm_start: Hyperparameters to start from, such as the last iteration's; None starts
             from the scales of the data, as PILCO does.
-        threads: How many threads may work; has no influence on the result.
+        threads: How many threads may work, if there are enough points; no influence on the result.
         progress: Called with the fraction done, 0..1, from the threads that work, one call at a
             time; may raise to cancel.
         max_evaluations: Of the evidence, for each output.
@@ -129,6 +130,7 @@ def train(
         report.step()
         return found
 
+    threads = useful_threads(len(points), threads)
     with one_blas_thread():
         found = np.array(run_parallel(one_output, range(outputs), threads))
     hyperparameters = Hyperparameters(found[:, :size], found[:, size], found[:, size + 1])

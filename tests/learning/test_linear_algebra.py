@@ -11,7 +11,7 @@ from irlpilco_ros.learning.linear_algebra import (
 )
 
 
-@pytest.mark.parametrize("size", [1, 2, 6, 7, 13, 42, 65])
+@pytest.mark.parametrize("size", [1, 2, 6, 7, 13, 42, 65, 112])
 def test_triangular_inverse(size):
     rng = np.random.default_rng(size)
     factor = np.tril(rng.standard_normal((3, size, size))) / np.sqrt(size) + 2.0 * np.eye(size)

@@ -53,7 +53,7 @@ def test_recovers_the_parameters_that_made_the_data():
 
 def test_threads_do_not_change_a_bit():
     rng = np.random.default_rng(1)
-    x, y = example_data(rng, 40, 5, 3)
+    x, y = example_data(rng, 200, 5, 3)  # enough for threads to be used
     models = [train(x, y, threads=threads, max_evaluations=30) for threads in (1, 2, 3)]
     for model in models[1:]:
         for name in ("log_lengthscales", "log_signal", "log_noise"):
