@@ -84,10 +84,8 @@ class OutputMoments:
         s_bar -= _weighted_sum(along.sum(axis=1), self.precision)
         s_bar *= 0.5
         s_bar -= sides.T @ self.jacobian
-        squares = self.square_derivatives.result()
-        m_bar += variance_bar @ squares.by_mean
-        s_bar += _weighted_sum(variance_bar, squares.by_covariance)
-        return m_bar, s_bar
+        squares_mean, squares_covariance = self.square_derivatives.result().pullback(variance_bar)
+        return m_bar + squares_mean, s_bar + squares_covariance
 
 
 @dataclass(frozen=True)
@@ -95,13 +93,24 @@ class SquareDerivatives:
     """Derivatives of sum Q, what the mean square of each of b outputs is short of s^2.
 
     Attributes:
+        precision: P2, of shape (b, P, P).
+        total: sum Q, of shape (b,).
         by_mean: 2 P2 Z'r, of shape (b, P).
-        by_covariance: P2 Z'(diag(r) + Q)Z P2 - (sum Q) P2, of which the symmetric part counts,
-            of shape (b, P, P).
+        turned: Z'(diag(r) + Q)Z P2, of shape (b, P, P).
     """
 
+    precision: Array
+    total: Array
     by_mean: Array
-    by_covariance: Array
+    turned: Array
+
+    def pullback(self, total_bar: Array) -> tuple[Array, Array]:
+        """Pull derivatives by the totals (b,) back to m (P,) and S (P, P), summed over b."""
+        size = self.by_mean.shape[1]
+        weighted = (total_bar[:, None, None] * self.turned).reshape(-1, size)
+        s_bar = self.precision.reshape(-1, size).T @ weighted
+        s_bar -= _weighted_sum(total_bar * self.total, self.precision)
+        return total_bar @ self.by_mean, s_bar
 
 
 def _weighted_sum(weights: Array, stack: Array) -> Array:
@@ -142,10 +151,10 @@ def output_moments(
     precisions[count:] *= 0.5
     precision = precisions[:count]
     displacements = all_displacements.result().select(group)
-    forms = displacements.quadratic_forms(precisions)
+    forms = displacements.quadratic_forms(precision)
     log_signal = np.log(posterior.signal_variance[group])
 
-    exponents = -0.5 * forms[:count]
+    exponents = -0.5 * forms
     exponents += (log_signal - 0.5 * log_determinants[:count])[:, None]
     np.maximum(exponents, SMALLEST_EXPONENT, out=exponents)
     shares = posterior.weights[group] * np.exp(exponents)
@@ -154,7 +163,7 @@ def output_moments(
 
     offsets = log_signal - 0.25 * log_determinants[count:]
     squares_of = _PairSums.of(
-        posterior, group, displacements, precisions[count:], forms[count:], offsets, gradient
+        posterior, group, displacements, precisions[count:], offsets, gradient
     )
     variance = squares_of.total + posterior.signal_variance[group] - mean**2
     derivatives = run_later(squares_of.derivatives, threads) if gradient else None
@@ -186,16 +195,15 @@ class _PairSums:
         group: slice,
         displacements: Displacements,
         precision: Array,
-        forms: Array,
         offsets: Array,
         gradient: bool,
     ) -> _PairSums:
-        """Return the sums, given P2, z_i'P2 z_i and log s^2 - 1/4 log|I + 2S/Lambda|."""
+        """Return the sums, given P2 and log s^2 - 1/4 log|I + 2S/Lambda|."""
         left, right, clip = _exponent_factors(
-            1.0 / posterior.lengthscales_squared[group], displacements, precision, forms, offsets
+            1.0 / posterior.lengthscales_squared[group], displacements, precision, offsets
         )
         count, size = precision.shape[:2]
-        n = forms.shape[1]
+        n = left.shape[2]
         pair_weights = posterior.pair_weights[group]
         rows = np.zeros((count, n))
         products = np.empty((count, size + 1, n if gradient else 0))
@@ -220,13 +228,14 @@ class _PairSums:
         with one_blas_thread():
             # Half of what is above a strip's diagonal block belongs to its mirror image.
             rows = 0.5 * (self.rows + self.products[:, size])
-            first = self.displacements.first_moments(rows)
-            moment = self.displacements.second_moments(rows)
-            moment += self.products[:, :size] @ np.swapaxes(self.displacements.z[:, :size], 1, 2)
+            z = self.displacements.z[:, :size]
+            weighted = rows[:, None] * z
+            first = weighted.sum(axis=2)
+            weighted += self.products[:, :size]
+            moment = weighted @ np.swapaxes(z, 1, 2)
             by_mean = 2.0 * (self.precision @ first[:, :, None])[:, :, 0]
-            by_covariance = self.precision @ moment @ self.precision
-            by_covariance -= self.total[:, None, None] * self.precision
-        return SquareDerivatives(by_mean, by_covariance)
+            turned = moment @ self.precision
+        return SquareDerivatives(self.precision, self.total, by_mean, turned)
 
 
 def cached_parts(count: int, n: int) -> list[slice]:
@@ -236,11 +245,7 @@ def cached_parts(count: int, n: int) -> list[slice]:
 
 
 def _exponent_factors(
-    inverse_squares: Array,
-    displacements: Displacements,
-    precision: Array,
-    forms: Array,
-    offsets: Array,
+    inverse_squares: Array, displacements: Displacements, precision: Array, offsets: Array
 ) -> tuple[Array, Array, bool]:
     """Return [GZ'; e; 1] and [Z'; 1; e], whose product is e_i + e_j + z_i'G z_j.
 
@@ -248,14 +253,15 @@ def _exponent_factors(
     """
     count, size = precision.shape[:2]
     z = displacements.z
-    distances = displacements.scaled_distances(inverse_squares)
-    exponents = -0.25 * (distances + forms)
-    exponents += offsets[:, None]
     g = -0.5 * precision
     diagonals(g)[...] += 0.5 * inverse_squares
     shape = (count, size + 2, z.shape[2])
     left, right = scratch("left", shape), scratch("right", shape)
-    np.matmul(g, z[:, :size], out=left[:, :size])
+    turned = np.matmul(g, z[:, :size], out=left[:, :size])
+    forms = np.multiply(turned, z[:, :size], out=right[:, :size]).sum(axis=1)  # z_i'G z_i
+    distances = displacements.scaled_distances(inverse_squares)
+    exponents = 0.5 * (forms - distances)
+    exponents += offsets[:, None]
     left[:, size] = exponents
     left[:, size + 1] = 1.0
     right[:, : size + 1] = z
