@@ -73,16 +73,30 @@ class Displacements:
 
     def quadratic_forms(self, matrices: Array) -> Array:
         """Return z_i'M z_i, of shape (b, n), for symmetric matrices of shape (b, P, P)."""
-        packing, _, doubling = _triangle(self.size)
-        packed = matrices.reshape(len(matrices), -1).take(packing, axis=1)
-        packed *= doubling
-        return _product(packed, self.products)
+        return self.packed_forms(pack(matrices))
+
+    def packed_forms(self, packed: Array) -> Array:
+        """Return z_i'M z_i, of shape (b, n), for packed matrices of shape (b, P (P + 1) / 2)."""
+        return _product(packed * _triangle(self.size)[2], self.products)
 
     def second_moments(self, weights: Array) -> Array:
         """Return sum_i w_i z_i z_i', of shape (b, P, P), for weights of shape (b, n)."""
-        _, unpacking, _ = _triangle(self.size)
-        packed = _product(weights, np.swapaxes(self.products, 1, 2))
-        return packed.take(unpacking, axis=1)
+        return unpack(self.packed_moments(weights), self.size)
+
+    def packed_moments(self, weights: Array) -> Array:
+        """Return sum_i w_i z_i z_i', packed, of shape (b, P (P + 1) / 2)."""
+        return _product(weights, np.swapaxes(self.products, 1, 2))
+
+
+def pack(matrices: Array) -> Array:
+    """Return the upper triangles of symmetric matrices (b, P, P), in the order of `products`."""
+    count, size, _ = matrices.shape
+    return matrices.reshape(count, -1).take(_triangle(size)[0], axis=1)
+
+
+def unpack(packed: Array, size: int) -> Array:
+    """Return the symmetric matrices (b, P, P) of packed ones (b, P (P + 1) / 2)."""
+    return packed.take(_triangle(size)[1], axis=1)
 
 
 def _product(rows: Array, columns: Array) -> Array:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from irlpilco_ros.learning.displacements import Displacements
+from irlpilco_ros.learning.displacements import Displacements, pack, unpack
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.output_moments import SMALLEST_EXPONENT, cached_parts
@@ -56,12 +56,25 @@ class PairMoments:
 
 @dataclass(frozen=True)
 class _Block:
-    """What a block of b pairs has in common while it is worked on."""
+    """What a block of pairs is made of.
+
+    Attributes:
+        a: Index of the first output, of shape (b,).
+        b: Index of the second.
+        d_a: Diagonal of D_a, of shape (b, P).
+        d_b: Diagonal of D_b.
+        dd_a: What packed matrices M are multiplied by for D_a M D_a, of shape (b, P (P + 1) / 2).
+        dd_b: The same for D_b.
+        z_a: Displacements of the points that support a.
+        z_b: Those that support b.
+    """
 
     a: NDArray[np.intp]
     b: NDArray[np.intp]
     d_a: Array
     d_b: Array
+    dd_a: Array
+    dd_b: Array
     z_a: Displacements
     z_b: Displacements
 
@@ -109,8 +122,9 @@ def all_pairs(
 def _block(
     posterior: Posterior, z: Displacements, a: NDArray[np.intp], b: NDArray[np.intp]
 ) -> _Block:
-    squares = posterior.lengthscales_squared
-    return _Block(a, b, 1.0 / squares[a], 1.0 / squares[b], z.select(a), z.select(b))
+    d = 1.0 / posterior.lengthscales_squared
+    dd = pack(d[:, :, None] * d[:, None, :])
+    return _Block(a, b, d[a], d[b], dd[a], dd[b], z.select(a), z.select(b))
 
 
 def _mean_products(
@@ -182,11 +196,15 @@ def _exponent_factors(
     t = -inverse[:, :, None] * k * inverse[:, None, :]
     count, size = inverse.shape
     diagonals(t)[...] += inverse
+    packed = pack(t)
     factors = []
     lowest = 0.0
-    for outputs, d, z in ((block.a, block.d_a, block.z_a), (block.b, block.d_b, block.z_b)):
+    for outputs, d, dd, z in (
+        (block.a, block.d_a, block.dd_a, block.z_a),
+        (block.b, block.d_b, block.dd_b, block.z_b),
+    ):
         distances = z.scaled_distances(d)
-        exponents = z.quadratic_forms(d[:, :, None] * t * d[:, None, :]) - distances
+        exponents = z.packed_forms(packed * dd) - distances
         exponents *= 0.5
         offsets = np.log(posterior.signal_variance[outputs]) - 0.25 * log_determinant
         exponents += offsets[:, None]
@@ -212,13 +230,13 @@ def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]
     """
     size = block.d_a.shape[1]
     columns = np.ascontiguousarray(products[:, size])
-    d_a, d_b = block.d_a[:, :, None], block.d_b[:, :, None]
-    turned_a, turned_b = np.swapaxes(d_a, 1, 2), np.swapaxes(d_b, 1, 2)
     moment = products[:, :size] @ np.swapaxes(block.z_b.z[:, :size], 1, 2)
-    moment *= d_a * turned_b
+    moment *= block.d_a[:, :, None]
+    moment *= block.d_b[:, None, :]
     moment = moment + np.swapaxes(moment, 1, 2)
-    moment += d_a * block.z_a.second_moments(rows) * turned_a
-    moment += d_b * block.z_b.second_moments(columns) * turned_b
+    packed = block.dd_a * block.z_a.packed_moments(rows)
+    packed += block.dd_b * block.z_b.packed_moments(columns)
+    moment += unpack(packed, size)
     first = block.d_a * block.z_a.first_moments(rows)
     first += block.d_b * block.z_b.first_moments(columns)
     return moment, first
