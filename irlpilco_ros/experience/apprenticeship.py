@@ -144,9 +144,13 @@ class Apprenticeship:
         directory = RunDirectory(path)
         source = demonstration or directory.demonstration_directory
         if not source.exists():
-            missing = "is not there" if demonstration else "has no demonstration yet"
+            if demonstration is not None:
+                raise RunDirectoryError(
+                    f"the demonstration {demonstration} is not there; name the bag of a recorded "
+                    "demonstration, or a folder of several"
+                )
             raise RunDirectoryError(
-                f"{demonstration or path} {missing}; set the learner's parameter `demonstration` "
+                f"{path} has no demonstration yet; set the learner's parameter `demonstration` "
                 "to the bag of a recorded demonstration"
             )
         directory.claim(configuration(robot, settings), source)

@@ -119,9 +119,10 @@ def improve(
         objective = Objective(
             model, task.start, task.horizon, task.layout, task.cost, covariance=method
         )
+        starts, spent = _starts(task, settings, objective, policy)
         found = search_policy(
             objective,
-            _starts(task, settings, objective, policy),
+            starts,
             settings.optimiser,
             settings.evaluations,
             progress,
@@ -134,18 +135,19 @@ def improve(
         hyperparameters=model.hyperparameters,
         cost=found.cost,
         prediction=prediction,
-        evaluations=found.evaluations,
+        evaluations=spent + found.evaluations,
     )
 
 
 def _starts(
     task: ControlTask, settings: LearningSettings, objective: Objective, policy: Policy
-) -> list[Policy]:
-    """Return a policy, and where the wider cost leads from it."""
+) -> tuple[list[Policy], int]:
+    """Return a policy and where the wider cost leads from it, and the evaluations that took."""
     if task.wider_cost is None:
-        return [policy]
+        return [policy], 0
     wider = dataclasses.replace(objective, cost=task.wider_cost)
-    return [policy, search_policy(wider, [policy], settings.optimiser, settings.race).policy]
+    led = search_policy(wider, [policy], settings.optimiser, settings.race)
+    return [policy, led.policy], led.evaluations
 
 
 def random_controls(task: ControlTask, seed: int) -> OpenLoopPolicy:

@@ -57,8 +57,9 @@ def test_a_wider_cost_leads_out_of_where_a_saturating_one_is_flat():
     helped = dataclasses.replace(narrow, wider_cost=pendulum_task().cost)
     settings = dataclasses.replace(SETTINGS, race=25)
     trials = [run_trial(random_controls(narrow, SETTINGS.seed))]
-    alone, led = (improve(task, settings, trials).cost for task in (narrow, helped))
-    assert led < alone - 1.0
+    alone, led = (improve(task, settings, trials) for task in (narrow, helped))
+    assert led.cost < alone.cost - 1.0
+    assert led.evaluations > alone.evaluations + settings.race  # those of the wider search too
 
 
 def test_first_trial_is_random_within_the_limit():
