@@ -28,7 +28,13 @@ from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.pilco import ControlTask, PilcoIteration, improve, random_controls
+from irlpilco_ros.learning.pilco import (
+    ControlTask,
+    PilcoIteration,
+    improve,
+    random_controls,
+    search_evaluations,
+)
 from irlpilco_ros.learning.policies import Policy, from_arrays
 from irlpilco_ros.learning.predicted_trajectory import PredictedTrajectory
 from irlpilco_ros.learning.rollout import Rollout
@@ -50,7 +56,6 @@ HORIZON = 25  # decisions in a trial: 2.5 s
 HELD_WITHIN = 0.15  # [m] of the tip from the point above the track's origin
 HELD_STEPS = 10  # the last second
 COST_WIDTH = 0.25  # [m] of the saturating cost, as in PILCO's example
-WIDER_COST_WIDTH = 0.75  # [m]: it slopes from where the pole hangs
 START_SPREAD = CartPoleSettings().start_spread
 
 EXPERT_SETTINGS = LearningSettings(
@@ -58,10 +63,9 @@ EXPERT_SETTINGS = LearningSettings(
     rbf_count=25,
     optimiser="bfgs",
     evaluations=120,
-    race=40,
     covariance="first_order",
 )
-"""Classical PILCO as in its example, with more bumps and two starts: see docs/cart_pole.md."""
+"""Classical PILCO as in its example, with more bumps: see docs/cart_pole.md."""
 
 
 @dataclass(frozen=True)
@@ -164,15 +168,12 @@ def expert_task() -> ControlTask:
     length = CartPoleParameters().length
     # From the features (x, sin, cos) to the tip's place relative to its goal.
     to_tip = np.array([[1.0, length, 0.0], [0.0, 0.0, length]])
-    costs = [
-        StateCost(
-            CART_POLE_JOINTS.features, np.array([0.0, 0.0, -1.0]), to_tip.T @ to_tip / width**2
-        )
-        for width in (COST_WIDTH, WIDER_COST_WIDTH)
-    ]
+    cost = StateCost(
+        CART_POLE_JOINTS.features, np.array([0.0, 0.0, -1.0]), to_tip.T @ to_tip / COST_WIDTH**2
+    )
     start = Gaussian(np.zeros(4), START_SPREAD**2 * np.eye(4))
     limit = np.array([FORCE_LIMIT])
-    return ControlTask(CART_POLE_JOINTS.layout, start, HORIZON, limit, *costs)
+    return ControlTask(CART_POLE_JOINTS.layout, start, HORIZON, limit, cost)
 
 
 def imitation_task(demonstration: Rollout) -> Task:
@@ -214,7 +215,7 @@ def run_expert(folder: Path, seed: int, trials: int, tell: Tell) -> list[TrialRe
             settings,
             [record.rollout for record in records],
             previous,
-            _counting(tell, f"trial {number + 1}", settings.evaluations + settings.race),
+            _counting(tell, f"trial {number + 1}", search_evaluations(settings)),
         )
         times, learned = clock.read(), _learned_by_pilco(found)
         records.append(_keep(folder, number, robot.run(found.policy), times, learned))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -18,12 +19,14 @@ from irlpilco_ros.learning.model_input import extended_state
 from irlpilco_ros.learning.moment_matching import Method
 from irlpilco_ros.learning.objective import Objective
 from irlpilco_ros.learning.policies import LinearPolicy, OpenLoopPolicy, Policy, RbfPolicy
-from irlpilco_ros.learning.policy_search import SearchProgress, search_policy
+from irlpilco_ros.learning.policy_search import SearchProgress, SearchResult, search_policy
 from irlpilco_ros.learning.predicted_trajectory import PredictedTrajectory
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.learning.threads import one_blas_thread
 from irlpilco_ros.learning.trial_data import train_on_trials
+
+_BEGINNING = 2.0 / 3.0  # of a trial
 
 
 @dataclass(frozen=True)
@@ -36,9 +39,6 @@ class ControlTask:
         horizon: Number of steps H.
         control_limit: Largest absolute value of each control, shape (F,).
         cost: What a predicted trajectory costs.
-        wider_cost: One with the same optimum that slopes where `cost` is flat, if there is one:
-            policies are searched from where it leads to as well. A saturating cost is flat all
-            over but near its target, and some searches never get there.
     """
 
     layout: StateLayout
@@ -46,7 +46,6 @@ class ControlTask:
     horizon: int
     control_limit: Array
     cost: Cost
-    wider_cost: Cost | None = None
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def pilco(
     Args:
         task: What is to be controlled.
         settings: `policy` ("rbf" or "linear"), `rbf_count`, `optimiser`, `evaluations`,
-            `covariance`, `seed` and `threads` are used, and `race` with a wider cost.
+            `covariance`, `seed` and `threads` are used.
         run_trial: Runs a policy on the system and returns what happened.
         iterations: How often to learn.
 
@@ -105,6 +104,15 @@ def improve(
 ) -> PilcoIteration:
     """Do one pass of Algorithm 2 on all trials so far.
 
+    Args:
+        task: What is to be controlled.
+        settings: As for `pilco`.
+        trials: At least one.
+        previous: The pass before; its hyperparameters and policy are where training and search
+            start.
+        progress: Told the best cost and the number of evaluations so far, first of the beginning
+            of the trial, then of all of it; may raise to cancel.
+
     Raises:
         InvalidSettingError: if there is no trial, or the policy kind is not for control.
         NumericalError: if no finite prediction can be made.
@@ -119,15 +127,7 @@ def improve(
         objective = Objective(
             model, task.start, task.horizon, task.layout, task.cost, covariance=method
         )
-        starts, spent = _starts(task, settings, objective, policy)
-        found = search_policy(
-            objective,
-            starts,
-            settings.optimiser,
-            settings.evaluations,
-            progress,
-            settings.race,
-        )
+        found = _search(objective, policy, settings, progress)
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
     return PilcoIteration(
         index=len(trials),
@@ -135,19 +135,36 @@ def improve(
         hyperparameters=model.hyperparameters,
         cost=found.cost,
         prediction=prediction,
-        evaluations=spent + found.evaluations,
+        evaluations=found.evaluations,
     )
 
 
-def _starts(
-    task: ControlTask, settings: LearningSettings, objective: Objective, policy: Policy
-) -> tuple[list[Policy], int]:
-    """Return a policy and where the wider cost leads from it, and the evaluations that took."""
-    if task.wider_cost is None:
-        return [policy], 0
-    wider = dataclasses.replace(objective, cost=task.wider_cost)
-    led = search_policy(wider, [policy], settings.optimiser, settings.race)
-    return [policy, led.policy], led.evaluations
+def search_evaluations(settings: LearningSettings) -> int:
+    """Return how many evaluations `improve` may take: half as many over the beginning first."""
+    return settings.evaluations + settings.evaluations // 2
+
+
+def _search(
+    objective: Objective,
+    policy: Policy,
+    settings: LearningSettings,
+    progress: SearchProgress | None,
+) -> SearchResult:
+    """Search on from a policy, first for what is cheap over the beginning of the trial.
+
+    Over the whole trial there are local optima that get to the target in the end, after a detour
+    that no small change makes shorter. Over the beginning alone such a detour is worth nothing.
+    """
+    beginning = dataclasses.replace(objective, horizon=math.ceil(_BEGINNING * objective.horizon))
+    first = search_evaluations(settings) - settings.evaluations
+    led = search_policy(beginning, [policy], settings.optimiser, first, progress)
+
+    def tell(cost: float, evaluations: int) -> None:
+        if progress is not None:
+            progress(cost, led.evaluations + evaluations)
+
+    found = search_policy(objective, [led.policy], settings.optimiser, settings.evaluations, tell)
+    return dataclasses.replace(found, evaluations=led.evaluations + found.evaluations)
 
 
 def random_controls(task: ControlTask, seed: int) -> OpenLoopPolicy:
