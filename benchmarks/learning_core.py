@@ -158,7 +158,7 @@ def print_training() -> None:
     layout, prior = StateLayout(2 * JOINTS), velocity_prior(JOINTS, PERIOD)
     trials = sweep_trials(JOINTS, 7)
     before = train_on_trials(trials[:6], layout, prior, None, threads=2)
-    print("\ntraining of 28 outputs, n = 112, two threads:")
+    print("\ntraining of 28 outputs, n = 112:")
     for name, warm_start, bar in (("cold", None, 6), ("warm", before.hyperparameters, 3)):
         start = time.perf_counter()
         train_on_trials(trials, layout, prior, warm_start, threads=2)
