@@ -165,9 +165,7 @@ def regularised_inverse(covariance: Array, regulariser: Array) -> tuple[Array, A
         ) from None
     log_determinant = np.log(diagonals(factor) ** 2 / regulariser).sum(axis=1)
     inverse_factor = _inverses(factor)
-    lifted[...] = (
-        inverse_factor  # numpy has its own way for A'A with one and the same A: slower here
-    )
+    lifted[...] = inverse_factor  # A'A with twice the same A is a call of syrk, slower here
     return np.matmul(np.swapaxes(lifted, 1, 2), inverse_factor, out=factor), log_determinant
 
 
