@@ -20,7 +20,7 @@ from irlpilco_ros.learning.threads import scratch
 _one_at_a_time = threading.Lock()  # calls as short as an inversion's fight for the GIL
 _SMALL = 12  # triangles of up to this size are LAPACK's, which has no special way with them
 _WORTH_SPLITTING = 48  # triangles of up to this size are rather padded than split
-_PADDING = 1.2
+_PADDING = 1.2  # larger ones too, to at most this times their size
 _WORTH_SHARING = 160  # rows of a matrix
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
@@ -62,7 +62,7 @@ def _split_inverses(factors: Array, first: int) -> Array:
     """Return [[A, 0], [B, C]]^-1 = [[A^-1, 0], [-C^-1 B A^-1, C^-1]], with A of size `first`."""
     inverses = np.zeros_like(factors)
     a, b, c = inverses[:, :first, :first], inverses[:, first:, :first], inverses[:, first:, first:]
-    np.negative(_inverses(factors[:, :first, :first]), out=a)
+    np.negative(_inverses(factors[:, :first, :first]), out=a)  # which gives B its sign
     c[...] = _inverses(factors[:, first:, first:])
     np.matmul(c @ factors[:, first:, :first], a, out=b)
     np.negative(a, out=a)

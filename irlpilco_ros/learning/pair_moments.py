@@ -96,13 +96,18 @@ def all_pairs(
         threads: How many threads may work.
     """
     first, second = np.triu_indices(posterior.outputs, k=1)
+    d = 1.0 / posterior.lengthscales_squared
+    dd = pack(d[:, :, None] * d[:, None, :])
     size = len(covariance) if gradient else 0
     values = np.zeros(len(first))
     by_mean = np.empty((len(first), size))
     by_covariance = np.empty((len(first), size, size))
 
     def one_block(part: slice) -> None:
-        block = _block(posterior, displacements, first[part], second[part])
+        a, b = first[part], second[part]
+        block = _Block(
+            a, b, d[a], d[b], dd[a], dd[b], displacements.select(a), displacements.select(b)
+        )
         values[part] = _mean_products(
             posterior, covariance, block, by_mean[part], by_covariance[part], gradient
         )
@@ -117,14 +122,6 @@ def all_pairs(
     result[first, second] = values
     result[second, first] = values
     return PairMoments(result, first, second, by_mean, by_covariance)
-
-
-def _block(
-    posterior: Posterior, z: Displacements, a: NDArray[np.intp], b: NDArray[np.intp]
-) -> _Block:
-    d = 1.0 / posterior.lengthscales_squared
-    dd = pack(d[:, :, None] * d[:, None, :])
-    return _Block(a, b, d[a], d[b], dd[a], dd[b], z.select(a), z.select(b))
 
 
 def _mean_products(
