@@ -75,10 +75,17 @@ def run(arguments: argparse.Namespace) -> int:
         load_parameters_file,
         settings_from_parameters,
     )
+    from irlpilco_ros.learning.errors import InvalidSettingError
     from irlpilco_ros.learning.learning_settings import LearningSettings
     from irlpilco_ros.resources import config_file, recording
     from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
+    for name in ("seeds", "expert_trials"):
+        if getattr(arguments, name) < 1:
+            option = name.replace("_", "-")
+            raise InvalidSettingError(
+                f"--{option} is {getattr(arguments, name)}; expected at least 1"
+            )
     out: Path = arguments.out
     demonstration = read_bag(arguments.demonstration or recording("cart_pole/expert")).rollout(
         CART_POLE_JOINTS, cart_pole_runs.HORIZON
