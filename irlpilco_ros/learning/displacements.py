@@ -24,11 +24,14 @@ class Displacements:
 
     Attributes:
         z: Displacements in columns, with a last row of ones, of shape (G, P + 1, n).
+        rows: Displacements in rows, of shape (G, n, P), in memory too: a product whose second factor
+            is a transposed view takes BLAS half as long again.
         products: z_ik z_il for all pairs of k and l, of shape (G, P (P + 1) / 2, n): first those
             with l = k, then l = k + 1, l = k + 2 and so on, counted modulo P.
     """
 
     z: Array
+    rows: Array
     products: Array
 
     @staticmethod
@@ -36,16 +39,17 @@ class Displacements:
         """Return the displacements of points (G, P, n) from a mean (P,)."""
         groups, size, n = points.shape
         shifts = size // 2 + 1
-        rows = np.empty((groups, size + shifts, n))
-        np.subtract(points, mean[:, None], out=rows[:, :size])
-        rows[:, size:] = rows[:, :shifts]
-        outer, row, column = rows.strides
+        z = np.empty((groups, size + shifts, n))
+        np.subtract(points, mean[:, None], out=z[:, :size])
+        z[:, size:] = z[:, :shifts]
+        outer, row, column = z.strides
         shifted: Array = np.ndarray(
-            (groups, shifts, size, n), rows.dtype, rows, 0, (outer, row, row, column)
+            (groups, shifts, size, n), z.dtype, z, 0, (outer, row, row, column)
         )
-        products = (shifted * rows[:, None, :size]).reshape(groups, shifts * size, n)
-        rows[:, size] = 1.0
-        return Displacements(rows[:, : size + 1], products[:, : size * (size + 1) // 2])
+        products = (shifted * z[:, None, :size]).reshape(groups, shifts * size, n)
+        rows = np.ascontiguousarray(np.swapaxes(z[:, :size], 1, 2))
+        z[:, size] = 1.0
+        return Displacements(z[:, : size + 1], rows, products[:, : size * (size + 1) // 2])
 
     @property
     def size(self) -> int:
@@ -56,7 +60,7 @@ class Displacements:
         """Return those of some outputs (the very same if all outputs share the points)."""
         if len(self.z) == 1:
             return self
-        return Displacements(self.z[outputs], self.products[outputs])
+        return Displacements(self.z[outputs], self.rows[outputs], self.products[outputs])
 
     def linear_forms(self, vectors: Array) -> Array:
         """Return v'z_i, of shape (b, n), for vectors of shape (b, P)."""
@@ -64,7 +68,7 @@ class Displacements:
 
     def first_moments(self, weights: Array) -> Array:
         """Return sum_i w_i z_i, of shape (b, P), for weights of shape (b, n)."""
-        return _product(weights, np.swapaxes(self.z[:, : self.size], 1, 2))
+        return _product(weights, self.rows)
 
     def scaled_distances(self, inverse_squares: Array) -> Array:
         """Return sum_k z_ik^2 / l_k^2, of shape (b, n), for 1 / l^2 of shape (b, P)."""

@@ -72,15 +72,14 @@ class OutputMoments:
         of which the symmetric part counts.
         """
         assert self.square_derivatives is not None
-        size = jacobian_bar.shape[1]
-        flat = self.precision.reshape(-1, size)
         sides = np.matmul(self.precision, jacobian_bar[:, :, None])[:, :, 0]
         along = self.displacements.linear_forms(sides)
         along += (mean_bar - 2.0 * variance_bar * self.mean)[:, None]
         along *= self.shares
+        flat = self.precision.reshape(-1, sides.shape[1])
         m_bar = self.displacements.first_moments(along).ravel() @ flat - self.mean @ sides
-        turned = self.displacements.second_moments(along) @ self.precision
-        s_bar = flat.T @ turned.reshape(-1, size)
+        moment = self.displacements.second_moments(along)
+        s_bar = (self.precision @ (moment @ self.precision)).sum(axis=0)
         s_bar -= _weighted_sum(along.sum(axis=1), self.precision)
         s_bar *= 0.5
         s_bar -= sides.T @ self.jacobian
@@ -93,24 +92,16 @@ class SquareDerivatives:
     """Derivatives of sum Q, what the mean square of each of b outputs is short of s^2.
 
     Attributes:
-        precision: P2, of shape (b, P, P).
-        total: sum Q, of shape (b,).
-        by_mean: 2 P2 Z'r, of shape (b, P).
-        turned: Z'(diag(r) + Q)Z P2, of shape (b, P, P).
+        by_mean: Of shape (b, P).
+        by_covariance: Of shape (b, P, P).
     """
 
-    precision: Array
-    total: Array
     by_mean: Array
-    turned: Array
+    by_covariance: Array
 
     def pullback(self, total_bar: Array) -> tuple[Array, Array]:
         """Pull derivatives by the totals (b,) back to m (P,) and S (P, P), summed over b."""
-        size = self.by_mean.shape[1]
-        weighted = (total_bar[:, None, None] * self.turned).reshape(-1, size)
-        s_bar = self.precision.reshape(-1, size).T @ weighted
-        s_bar -= _weighted_sum(total_bar * self.total, self.precision)
-        return total_bar @ self.by_mean, s_bar
+        return total_bar @ self.by_mean, _weighted_sum(total_bar, self.by_covariance)
 
 
 def _weighted_sum(weights: Array, stack: Array) -> Array:
@@ -204,10 +195,10 @@ class _PairSums:
         )
         count, size = precision.shape[:2]
         n = left.shape[2]
-        pair_weights = posterior.pair_weights[group]
         rows = np.zeros((count, n))
         products = np.empty((count, size + 1, n if gradient else 0))
-        for part, (start, stop) in itertools.product(cached_parts(count, n), posterior.strips):
+        strips = zip(posterior.strips, posterior.pair_weights, strict=True)
+        for part, ((start, stop), weights) in itertools.product(cached_parts(count, n), strips):
             # The strip's columns, and all rows down to its last column's.
             turned = np.swapaxes(left[part, :, :stop], 1, 2)
             pairs = scratch("pairs", (len(turned), stop, stop - start))
@@ -215,7 +206,7 @@ class _PairSums:
             if clip:
                 np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
             np.exp(pairs, out=pairs)
-            pairs *= pair_weights[part, :stop, start:stop]
+            pairs *= weights[group][part]
             rows[part, :stop] += pairs @ np.ones(stop - start)
             if gradient:
                 z = displacements.select(part).z[:, :, :stop]
@@ -229,13 +220,13 @@ class _PairSums:
             # Half of what is above a strip's diagonal block belongs to its mirror image.
             rows = 0.5 * (self.rows + self.products[:, size])
             z = self.displacements.z[:, :size]
-            weighted = rows[:, None] * z
-            first = weighted.sum(axis=2)
+            weighted = np.multiply(z, rows[:, None], out=scratch("weighted", (*rows.shape[:1], *z.shape[1:])))
             weighted += self.products[:, :size]
-            moment = weighted @ np.swapaxes(z, 1, 2)
-            by_mean = 2.0 * (self.precision @ first[:, :, None])[:, :, 0]
-            turned = moment @ self.precision
-        return SquareDerivatives(self.precision, self.total, by_mean, turned)
+            moment = weighted @ self.displacements.rows
+            by_covariance = self.precision @ (moment @ self.precision)
+            by_covariance -= self.total[:, None, None] * self.precision
+            by_mean = self.precision @ self.displacements.first_moments(rows)[:, :, None]
+        return SquareDerivatives(2.0 * by_mean[:, :, 0], by_covariance)
 
 
 def cached_parts(count: int, n: int) -> list[slice]:

@@ -142,7 +142,7 @@ def _mean_products(
         moment, first = _moments(block, rows, products)
         turn = k * inverse[:, None, :]
         by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
-        np.matmul(turn @ moment, np.swapaxes(turn, 1, 2), out=by_covariance)
+        np.matmul(turn @ moment, inverse[:, :, None] * k, out=by_covariance)
         by_covariance -= total[:, None, None] * k
         by_covariance *= 0.5
     return total
@@ -227,7 +227,7 @@ def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]
     """
     size = block.d_a.shape[1]
     columns = np.ascontiguousarray(products[:, size])
-    moment = products[:, :size] @ np.swapaxes(block.z_b.z[:, :size], 1, 2)
+    moment = products[:, :size] @ block.z_b.rows
     moment *= block.d_a[:, :, None]
     moment *= block.d_b[:, None, :]
     moment = moment + np.swapaxes(moment, 1, 2)

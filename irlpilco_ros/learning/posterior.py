@@ -35,9 +35,7 @@ class Posterior:
         lengthscales_squared: Squared length-scales, of shape (E, P).
         signal_variance: Variances of the latent functions, of shape (E,).
         weights: beta, of shape (E, n).
-        pair_weights: beta beta' - inverse, of shape (E, n, n), with everything above the
-            diagonal block of a strip of columns (see `strips`) doubled, and everything below
-            unused.
+        pair_weights: beta beta' - inverse, symmetric, in strips (see `strip_weights`).
         notes: What had to be done to the matrices, in words; empty if nothing.
     """
 
@@ -45,7 +43,7 @@ class Posterior:
     lengthscales_squared: Array
     signal_variance: Array
     weights: Array
-    pair_weights: Array
+    pair_weights: tuple[Array, ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -97,7 +95,7 @@ def condition(
     """
     n, outputs = targets.shape
     weights = np.empty((outputs, n))
-    pair_weights = np.empty((outputs, n, n))
+    inverses = np.empty((outputs, n, n))
 
     def one_output(a: int) -> float:
         signal = float(hyperparameters.signal_variance[a])
@@ -108,8 +106,7 @@ def condition(
         factor, jitter = jittered_cholesky(kernel, signal)
         inverse_factor = triangular_inverse(factor)
         weights[a] = inverse_factor.T @ (inverse_factor @ targets[:, a])
-        np.matmul(inverse_factor.T, inverse_factor, out=pair_weights[a])
-        fold_pair_weights(weights[a], pair_weights[a])
+        np.matmul(inverse_factor.T, inverse_factor, out=inverses[a])
         return jitter
 
     with one_blas_thread():
@@ -119,16 +116,31 @@ def condition(
         lengthscales_squared=hyperparameters.lengthscales_squared,
         signal_variance=hyperparameters.signal_variance,
         weights=weights,
-        pair_weights=pair_weights,
+        pair_weights=strip_weights(weights, inverses),
         notes=jitter_notes(jitters),
     )
 
 
-def fold_pair_weights(weights: Array, inverse: Array) -> None:
-    """Turn an inverse (n, n), in place, into what `Posterior.pair_weights` holds."""
-    np.subtract(np.outer(weights, weights), inverse, out=inverse)
-    for start, stop in strips(len(weights)):
-        inverse[start:stop, stop:] *= 2.0
+def strip_weights(weights: Array, inverses: Array) -> tuple[Array, ...]:
+    """Return beta beta' - inverse, symmetric, in strips of columns for sums over all pairs.
+
+    Each strip is an array of its own, in memory as it is read, and ends with its diagonal block:
+    what is above that is doubled, for its mirror image.
+
+    Args:
+        weights: beta, of shape (E, n).
+        inverses: Of shape (E, n, n).
+
+    Returns:
+        For each strip an array of shape (E, stop, stop - start).
+    """
+    found = []
+    for start, stop in strips(weights.shape[1]):
+        strip = weights[:, :stop, None] * weights[:, None, start:stop]
+        strip -= inverses[:, :stop, start:stop]
+        strip[:, :start] *= 2.0
+        found.append(strip)
+    return tuple(found)
 
 
 def jitter_notes(jitters: Sequence[float]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.kernel import Hyperparameters, squared_exponential
 from irlpilco_ros.learning.linear_algebra import jittered_cholesky, triangular_inverse
-from irlpilco_ros.learning.posterior import Posterior, fold_pair_weights, jitter_notes
+from irlpilco_ros.learning.posterior import Posterior, jitter_notes, strip_weights
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
 _RIDGE = 1e-6
@@ -43,13 +43,12 @@ def condition_sparse(
     outputs, m = targets.shape[1], inducing.shape[1]
     ridges = np.broadcast_to(ridge, outputs) * hyperparameters.signal_variance
     weights = np.empty((outputs, m))
-    pair_weights = np.empty((outputs, m, m))
+    inverses = np.empty((outputs, m, m))
 
     def one_output(a: int) -> float:
-        weights[a], pair_weights[a], jitter = _one_output(
+        weights[a], inverses[a], jitter = _one_output(
             inputs, targets[:, a], hyperparameters, a, inducing[a % len(inducing)], ridges[a]
         )
-        fold_pair_weights(weights[a], pair_weights[a])
         return jitter
 
     with one_blas_thread():
@@ -59,7 +58,7 @@ def condition_sparse(
         lengthscales_squared=hyperparameters.lengthscales_squared,
         signal_variance=hyperparameters.signal_variance,
         weights=weights,
-        pair_weights=pair_weights,
+        pair_weights=strip_weights(weights, inverses),
         notes=jitter_notes(jitters),
     )
 
