@@ -219,9 +219,10 @@ class _PairSums:
         with one_blas_thread():
             # Half of what is above a strip's diagonal block belongs to its mirror image.
             rows = 0.5 * (self.rows + self.products[:, size])
-            z = self.displacements.z[:, :size]
-            weighted = np.multiply(z, rows[:, None], out=scratch("weighted", (*rows.shape[:1], *z.shape[1:])))
-            weighted += self.products[:, :size]
+            products = self.products[:, :size]
+            weighted = scratch("weighted", products.shape)
+            np.multiply(self.displacements.z[:, :size], rows[:, None], out=weighted)
+            weighted += products
             moment = weighted @ self.displacements.rows
             by_covariance = self.precision @ (moment @ self.precision)
             by_covariance -= self.total[:, None, None] * self.precision

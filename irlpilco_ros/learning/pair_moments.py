@@ -39,7 +39,8 @@ class PairMoments:
         first: Index a of each pair, of shape (p,).
         second: Index b of each pair, of shape (p,).
         by_mean: Derivative by m of each pair's, of shape (p, P); empty without gradient.
-        by_covariance: Derivative by S of each pair's, of shape (p, P, P); empty likewise.
+        by_covariance: Derivative by S of each pair's, of shape (p, P, P), of which the symmetric
+            part counts; empty likewise.
     """
 
     products: Array
@@ -220,6 +221,9 @@ def _exponent_factors(
 def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]:
     """Return sum_ij Q_ij z_ij z_ij' (b, P, P) and D_a Z'r + D_b Z'c (b, P).
 
+    The former up to its symmetric part, which is all that counts: it has twice Z'D_a Q D_b Z where
+    that and its transpose belong.
+
     Args:
         block: The pairs.
         rows: r, of shape (b, n).
@@ -228,9 +232,8 @@ def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]
     size = block.d_a.shape[1]
     columns = np.ascontiguousarray(products[:, size])
     moment = products[:, :size] @ block.z_b.rows
-    moment *= block.d_a[:, :, None]
+    moment *= 2.0 * block.d_a[:, :, None]
     moment *= block.d_b[:, None, :]
-    moment = moment + np.swapaxes(moment, 1, 2)
     packed = block.dd_a * block.z_a.packed_moments(rows)
     packed += block.dd_b * block.z_b.packed_moments(columns)
     moment += unpack(packed, size)
