@@ -6,9 +6,11 @@ grows; training; import.
 
 from __future__ import annotations
 
+import multiprocessing
 import subprocess
 import sys
 import time
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,6 +111,36 @@ def print_objectives() -> None:
         )
 
 
+def print_side_by_side() -> None:
+    """Two evaluations that have nothing to do with each other: what their lock leaves of two cores.
+
+    No way of sharing one evaluation between threads can gain more than this.
+    """
+    print("\ntwo independent evaluations at once, against one after the other:")
+    for case in CASES[:2]:
+        (alone,) = _seconds_at_once(case, ThreadPoolExecutor(1), 1)
+        threads = _seconds_at_once(case, ThreadPoolExecutor(2), 2)
+        spawn = multiprocessing.get_context("spawn")
+        processes = _seconds_at_once(case, ProcessPoolExecutor(2, mp_context=spawn), 2)
+        print(
+            f"  {case.method} n = {case.n}: in two threads {2.0 * alone / np.mean(threads):.2f}, "
+            f"in two processes {2.0 * alone / np.mean(processes):.2f} times as fast",
+            flush=True,
+        )
+
+
+def _seconds_at_once(case: Case, pool: Executor, count: int) -> list[float]:
+    with pool:
+        return list(pool.map(_median_seconds, [case] * count))
+
+
+def _median_seconds(case: Case) -> float:
+    """Return the median time of an evaluation on one thread [s]."""
+    objective, policy = case.problem(1)
+    seconds = in_turns({"one": lambda: objective.value_and_gradient(policy)}, 30)
+    return float(np.median(seconds["one"]))
+
+
 def print_growth() -> None:
     """Exponents p of seconds ~ n^p, E^p, H^p between the sizes that are named, on one thread."""
     mean, covariance = np.zeros(3 * JOINTS), 0.01 * np.eye(3 * JOINTS)
@@ -186,6 +218,7 @@ def main() -> None:
     """Print all tables, with the conditions they were measured in."""
     print(conditions())
     print_objectives()
+    print_side_by_side()
     print_growth()
     print_training()
     print_import()

@@ -24,8 +24,8 @@ class Displacements:
 
     Attributes:
         z: Displacements in columns, with a last row of ones, of shape (G, P + 1, n).
-        rows: Displacements in rows, of shape (G, n, P), in memory too: a product whose second factor
-            is a transposed view takes BLAS half as long again.
+        rows: The same in rows, of shape (G, n, P), in memory too: a product whose second factor is
+            a transposed view takes BLAS half as long again.
         products: z_ik z_il for all pairs of k and l, of shape (G, P (P + 1) / 2, n): first those
             with l = k, then l = k + 1, l = k + 2 and so on, counted modulo P.
     """
