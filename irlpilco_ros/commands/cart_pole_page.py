@@ -174,12 +174,25 @@ def _summary(runs: Runs) -> dict[str, Any]:
     return summary
 
 
-def _times(seeds: Mapping[int, Sequence[TrialRecord]]) -> dict[str, list[float]]:
-    """Return what computing took for each seed [s]."""
+def _times(seeds: Mapping[int, Sequence[TrialRecord]]) -> dict[str, list[float | None]]:
+    """Return what each seed took: all of its computing, and all it took to hold first, if ever."""
+    firsts = [first_held(records) for records in seeds.values()]
+    until = [
+        None if first is None else records[: first + 1]
+        for first, records in zip(firsts, seeds.values(), strict=True)
+    ]
     return {
-        "computing_s": [round(sum(t.seconds for t in r), 1) for r in seeds.values()],
+        "computing_s": [_seconds(records) for records in seeds.values()],
         "computing_cpu_s": [round(sum(t.cpu_seconds for t in r), 1) for r in seeds.values()],
+        "trials_until_held": [None if records is None else len(records) for records in until],
+        "computing_until_held_s": [
+            None if records is None else _seconds(records) for records in until
+        ],
     }
+
+
+def _seconds(records: Sequence[TrialRecord]) -> float:
+    return round(sum(record.seconds for record in records), 1)
 
 
 def _table(runs: Runs) -> list[str]:
@@ -193,10 +206,11 @@ def _table(runs: Runs) -> list[str]:
         "",
         "| | seeds | held | held at the end | theta within 0.1 rad by then, at the end | "
         "median theta RMS at the end [rad] | computing: median, largest [s] | "
-        "of CPU: median, largest [s] |",
-        "|---|---|---|---|---|---|---|---|",
+        "of CPU: median, largest [s] | until first held: median trials, robot [s], computing [s] |",
+        "|---|---|---|---|---|---|---|---|---|",
         f"| expert (classical PILCO) | {len(expert['seeds'])} | {expert['held_within_7_trials']} "
-        f"within 7 trials, median {expert['median_trials']:g} | | | | {_middle_and_most(expert)} |",
+        f"within 7 trials, median {expert['median_trials']:g} | | | | {_middle_and_most(expert)} | "
+        f"{_until_held(expert)} |",
     ]
     for method in runs.imitation:
         values = summary[method]
@@ -205,7 +219,8 @@ def _table(runs: Runs) -> list[str]:
             f"{len(values['seeds'])} | "
             f"{values['held_by_4']} by iteration 4 | {values['held_at_the_end']} | "
             f"{values['follows_by_the_end']}, {values['follows_at_the_end']} | "
-            f"{statistics.median(values['theta_rms_last_rad']):.3f} | {_middle_and_most(values)} |"
+            f"{statistics.median(values['theta_rms_last_rad']):.3f} | {_middle_and_most(values)} | "
+            f"{_until_held(values)} |"
         )
     return [*lines, "", *_seeds_table(summary, list(runs.imitation))]
 
@@ -215,6 +230,17 @@ def _middle_and_most(values: Mapping[str, Any]) -> str:
         f"{statistics.median(values[name]):.0f}, {max(values[name]):.0f}"
         for name in ("computing_s", "computing_cpu_s")
     )
+
+
+def _until_held(values: Mapping[str, Any]) -> str:
+    """Say what it takes to hold first; nothing if half of the seeds never do."""
+    trials, seconds = (
+        statistics.median(math.inf if value is None else value for value in values[name])
+        for name in ("trials_until_held", "computing_until_held_s")
+    )
+    if not math.isfinite(trials):
+        return ""
+    return f"{trials:g}, {trials * HORIZON * CONTROL_PERIOD:g}, {seconds:.0f}"
 
 
 def _seeds_table(summary: Mapping[str, Any], methods: Sequence[str]) -> list[str]:

@@ -11,6 +11,7 @@ from PIL import Image
 
 from irlpilco_ros import cli
 from irlpilco_ros.commands import cart_pole_runs
+from irlpilco_ros.commands.cart_pole_page import Runs, write_page
 from irlpilco_ros.commands.cart_pole_runs import TrialRecord
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.learning.kernel import Hyperparameters
@@ -75,6 +76,22 @@ def test_the_numbers_are_those_of_the_trials(chapter):
     assert float(row["theta_rms_rad"]) == pytest.approx(np.sqrt(np.mean(difference**2)), abs=1e-4)
     assert row["held"] == str(record.held)
     assert json.loads((out / "results.json").read_text())["expert"]["seeds"] == [0]
+
+
+def test_what_it_takes_to_hold_first_is_a_median_with_those_that_never_did(tmp_path):
+    held = read_bag(recording("cart_pole/expert")).rollout(CART_POLE_JOINTS, 25)
+    hanging = Rollout(np.zeros_like(held.states), held.controls)
+
+    def trials(*rollouts):
+        return [TrialRecord(rollout, 3.0 * k, 2.0 * k, {}) for k, rollout in enumerate(rollouts)]
+
+    never, early = trials(hanging, hanging, hanging), trials(hanging, held, hanging)
+    late = trials(hanging, hanging, held)
+    page = write_page(tmp_path, Runs(held, {0: never, 1: late, 2: early}, {}))
+    expert = json.loads((tmp_path / "results.json").read_text())["expert"]
+    assert expert["trials_until_held"] == [None, 3, 2]
+    assert expert["computing_until_held_s"] == [None, 9.0, 3.0]
+    assert page.read_text().splitlines()[6].endswith("| 3, 7.5, 9 |")
 
 
 def test_what_is_done_is_not_done_again_and_an_interrupted_run_goes_on(chapter, monkeypatch):
