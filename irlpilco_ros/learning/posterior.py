@@ -19,7 +19,7 @@ from irlpilco_ros.learning.linear_algebra import (
 from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
 
 _GROUPS = 2  # of outputs, which threads share out; more would make each numpy call too short
-_WORTH_SHARING = 1_000_000  # multiplications; handing over fewer costs more than they do
+_WORTH_SHARING = 3_000_000  # multiplications; one thread is as fast with fewer, in one group
 _STRIP = 60  # columns of an n x n matrix that are worked on together
 
 

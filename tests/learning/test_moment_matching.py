@@ -83,7 +83,7 @@ def test_gradient(method, prior, seed):
 
 @pytest.mark.parametrize("method", ["first_order", "exact"])
 def test_gradient_over_several_groups_and_strips(method):
-    model = example_model(4, n=200, outputs=5, inputs=6, threads=2)
+    model = example_model(4, n=260, outputs=8, inputs=6, threads=2)
     assert len(model.posterior.groups) > 1
     assert len(model.posterior.strips) > 1
     at = example_input(5, 6)
@@ -142,7 +142,7 @@ def test_threads_and_gradient_do_not_change_a_bit(method):
     at = example_input(5, 6)
     results = []
     for threads in (1, 2, 3):
-        model = example_model(4, n=200, outputs=6, inputs=6, threads=threads)
+        model = example_model(4, n=260, outputs=8, inputs=6, threads=threads)
         assert len(model.posterior.groups) > 1
         moments, pullback = model.predict(at.mean, at.covariance, method)
         bars = random_bars(np.random.default_rng(0), moments)
