@@ -59,6 +59,8 @@ def test_plays_in_real_time_from_a_file(ros: RosGraph, tmp_path) -> None:
         "sim_bridge.demonstrator_node",
         parameters={"motion_file": str(path), "approach_speed": 0.07},
     )
+    # Also so that both services are known before two seconds of motion begin.
+    assert "call demonstrator/move_to_start first" in ros.trigger("demonstrator/play").message
     moving = ros.trigger_async("demonstrator/move_to_start")
     ros.wait_for(
         lambda: ros.trigger("demonstrator/play").message == "busy: move_to_start is under way",
