@@ -41,8 +41,9 @@ def test_a_callback_sets_parameters_of_another_node_and_calls_it(graph, other):
 
 
 def test_an_answer_that_does_not_come_in_time_is_an_error_and_the_node_stays_responsive(graph):
-    began = time.monotonic()
+    assert graph.trigger("minimal/settings").success  # from here on the service is known
     waiting = graph.trigger_async("minimal/wait")
+    began = time.monotonic()
     assert graph.trigger("minimal/settings").success
     assert not waiting.done()
     graph.wait_for(waiting.done, "the answer")
