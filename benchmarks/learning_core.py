@@ -112,10 +112,7 @@ def print_objectives() -> None:
 
 
 def print_side_by_side() -> None:
-    """Two evaluations that have nothing to do with each other: what their lock leaves of two cores.
-
-    No way of sharing one evaluation between threads can gain more than this.
-    """
+    """Two evaluations that share nothing: in two threads, only the lock can keep them waiting."""
     print("\ntwo independent evaluations at once, against one after the other:")
     for case in CASES[:2]:
         (alone,) = _seconds_at_once(case, ThreadPoolExecutor(1), 1)

@@ -80,12 +80,10 @@ def run(arguments: argparse.Namespace) -> int:
     from irlpilco_ros.resources import config_file, recording
     from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
-    for name in ("seeds", "expert_trials"):
-        if getattr(arguments, name) < 1:
-            option = name.replace("_", "-")
-            raise InvalidSettingError(
-                f"--{option} is {getattr(arguments, name)}; expected at least 1"
-            )
+    counts = {"--seeds": arguments.seeds, "--expert-trials": arguments.expert_trials}
+    for option, count in counts.items():
+        if count < 1:
+            raise InvalidSettingError(f"{option} is {count}; expected at least 1")
     out: Path = arguments.out
     demonstration = read_bag(arguments.demonstration or recording("cart_pole/expert")).rollout(
         CART_POLE_JOINTS, cart_pole_runs.HORIZON

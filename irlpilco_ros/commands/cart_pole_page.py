@@ -176,17 +176,12 @@ def _summary(runs: Runs) -> dict[str, Any]:
 
 def _times(seeds: Mapping[int, Sequence[TrialRecord]]) -> dict[str, list[float | None]]:
     """Return what each seed took: all of its computing, and all it took to hold first, if ever."""
-    firsts = [first_held(records) for records in seeds.values()]
-    until = [
-        None if first is None else records[: first + 1]
-        for first, records in zip(firsts, seeds.values(), strict=True)
-    ]
+    firsts = [(first_held(records), records) for records in seeds.values()]
     return {
         "computing_s": [_seconds(records) for records in seeds.values()],
         "computing_cpu_s": [round(sum(t.cpu_seconds for t in r), 1) for r in seeds.values()],
-        "trials_until_held": [None if records is None else len(records) for records in until],
         "computing_until_held_s": [
-            None if records is None else _seconds(records) for records in until
+            None if first is None else _seconds(records[: first + 1]) for first, records in firsts
         ],
     }
 
@@ -210,17 +205,18 @@ def _table(runs: Runs) -> list[str]:
         "|---|---|---|---|---|---|---|---|---|",
         f"| expert (classical PILCO) | {len(expert['seeds'])} | {expert['held_within_7_trials']} "
         f"within 7 trials, median {expert['median_trials']:g} | | | | {_middle_and_most(expert)} | "
-        f"{_until_held(expert)} |",
+        f"{_until_held(expert['trials'], expert)} |",
     ]
     for method in runs.imitation:
         values = summary[method]
+        trials = [None if first is None else first + 1 for first in values["first_held"]]
         lines.append(
             f"| {method.replace('_', ' ')}, {values['iterations']} iterations | "
             f"{len(values['seeds'])} | "
             f"{values['held_by_4']} by iteration 4 | {values['held_at_the_end']} | "
             f"{values['follows_by_the_end']}, {values['follows_at_the_end']} | "
             f"{statistics.median(values['theta_rms_last_rad']):.3f} | {_middle_and_most(values)} | "
-            f"{_until_held(values)} |"
+            f"{_until_held(trials, values)} |"
         )
     return [*lines, "", *_seeds_table(summary, list(runs.imitation))]
 
@@ -232,15 +228,15 @@ def _middle_and_most(values: Mapping[str, Any]) -> str:
     )
 
 
-def _until_held(values: Mapping[str, Any]) -> str:
+def _until_held(trials: Sequence[int | None], values: Mapping[str, Any]) -> str:
     """Say what it takes to hold first; nothing if half of the seeds never do."""
-    trials, seconds = (
-        statistics.median(math.inf if value is None else value for value in values[name])
-        for name in ("trials_until_held", "computing_until_held_s")
+    count, seconds = (
+        statistics.median(math.inf if value is None else value for value in column)
+        for column in (trials, values["computing_until_held_s"])
     )
-    if not math.isfinite(trials):
+    if not math.isfinite(count):
         return ""
-    return f"{trials:g}, {trials * HORIZON * CONTROL_PERIOD:g}, {seconds:.0f}"
+    return f"{count:g}, {count * HORIZON * CONTROL_PERIOD:g}, {seconds:.0f}"
 
 
 def _seeds_table(summary: Mapping[str, Any], methods: Sequence[str]) -> list[str]:

@@ -50,7 +50,10 @@ class PairMoments:
     by_covariance: Array
 
     def pullback(self, products_bar: Array) -> tuple[Array, Array]:
-        """Pull a symmetric derivative by the products back to m (P,) and S (P, P)."""
+        """Pull a symmetric derivative by the products back to m (P,) and S (P, P).
+
+        Of the latter the symmetric part counts.
+        """
         bars = 2.0 * products_bar[self.first, self.second]
         return bars @ self.by_mean, np.tensordot(bars, self.by_covariance, axes=1)
 
@@ -143,6 +146,7 @@ def _mean_products(
         moment, first = _moments(block, rows, products)
         turn = k * inverse[:, None, :]
         by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
+        # The second is the transpose of turn, K being symmetric, in memory as BLAS likes it.
         np.matmul(turn @ moment, inverse[:, :, None] * k, out=by_covariance)
         by_covariance -= total[:, None, None] * k
         by_covariance *= 0.5

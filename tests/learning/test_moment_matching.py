@@ -90,6 +90,21 @@ def test_gradient_over_several_groups_and_strips(method):
     check_pullback(lambda g: model.predict(g.mean, g.covariance, method), at)
 
 
+def test_without_spread_the_variance_over_several_strips_is_the_posteriors():
+    """s^2 - k(x, X) K^-1 k(X, x) (2.24)."""
+    model = example_model(4, n=200, inputs=6)
+    assert len(model.posterior.strips) > 1
+    x, hyperparameters = example_input(5, 6).mean, model.hyperparameters
+    moments, _ = model.predict(x, np.zeros((6, 6)), gradient=False)
+    for a, signal in enumerate(hyperparameters.signal_variance):
+        lengthscales = np.exp(hyperparameters.log_lengthscales[a])
+        gram = squared_exponential(model.inputs, model.inputs, lengthscales, signal)
+        gram += hyperparameters.noise_variance[a] * np.eye(len(gram))
+        k = squared_exponential(x[None], model.inputs, lengthscales, signal)[0]
+        expected = signal - k @ np.linalg.solve(gram, k)
+        assert moments.covariance[a, a] == pytest.approx(expected, rel=1e-6)
+
+
 def test_exact_against_monte_carlo():
     """Sample functions at sampled inputs: mean, variance and covariances of the output."""
     model = example_model(2, n=12, prior=True)
