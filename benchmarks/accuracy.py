@@ -11,15 +11,15 @@ import numpy as np
 
 from benchmarks.problems import arm_objective, sweep_data
 from benchmarks.timing import conditions
-from irlpilco_ros.learning.dynamics_model import DynamicsModel
-from irlpilco_ros.learning.gaussian import Array
-from irlpilco_ros.learning.kernel import squared_exponential
-from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.kernel import squared_exponential
+from irlpilco_ros.learning.gp.training import train
+from irlpilco_ros.learning.moments.squashing import squash
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.numerics.threads import one_blas_thread, run_parallel
 from irlpilco_ros.learning.policies import LinearPhasePolicy
 from irlpilco_ros.learning.policies.linear_phase import phase_features
-from irlpilco_ros.learning.squashing import squash
-from irlpilco_ros.learning.threads import one_blas_thread, run_parallel
-from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.prediction.objective import Objective
 
 SAMPLES = 100_000
 CHUNK = 2_000

@@ -1,6 +1,6 @@
 """The floor: the arithmetic that moment matching cannot do without, and nothing else.
 
-Per step and output, from the formulas of `irlpilco_ros/learning/output_moments.py`: the products
+Per step and output, from the formulas of `learning/moments/output_moments.py`: the products
 that make the n x n exponents (n x P times P x n) and use the result (P x n times n x n), the
 n x n exponential in between, and four products of n x P with P x P or of P x n with n x P (z'P1 z,
 z'G z, the second moments for dv/dS, and the one for the pullback of V). Per pair of outputs, for

@@ -28,13 +28,13 @@ from benchmarks.problems import (
     sweep_trials,
 )
 from benchmarks.timing import conditions, in_turns, peak_megabytes, ratio
-from irlpilco_ros.learning.dynamics_model import DynamicsModel
-from irlpilco_ros.learning.moment_matching import Method
-from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
+from irlpilco_ros.learning.gp.trial_data import train_on_trials
+from irlpilco_ros.learning.moments.moment_matching import Method
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.prior_mean import velocity_prior
-from irlpilco_ros.learning.state_layout import StateLayout
-from irlpilco_ros.learning.trial_data import train_on_trials
+from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from irlpilco_ros.learning.costs import FeatureMatching, StateCost
-from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gaussian import Array, Gaussian
-from irlpilco_ros.learning.kernel import Hyperparameters
-from irlpilco_ros.learning.moment_matching import Method
-from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
+from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import LinearPhasePolicy, Policy, RbfPolicy
-from irlpilco_ros.learning.prior_mean import velocity_prior
+from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
-from irlpilco_ros.learning.state_layout import StateLayout
 
 PERIOD = 0.5  # [s]
 HORIZON = 16

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from threadpoolctl import threadpool_info
 
-from irlpilco_ros.learning.threads import one_blas_thread
+from irlpilco_ros.learning.numerics.threads import one_blas_thread
 
 Seconds = dict[str, np.ndarray]
 

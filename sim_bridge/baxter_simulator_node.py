@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.nodes.messages import time_message
-from irlpilco_ros.nodes.parameters import declare_settings
-from irlpilco_ros.nodes.qos import JOINT_COMMAND
-from irlpilco_ros.nodes.runtime import run_node
+from irlpilco_ros.ros.messages import time_message
+from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.qos import JOINT_COMMAND
+from irlpilco_ros.ros.runtime import run_node
 from sim_bridge.baxter_simulation import INITIAL_POSE, BaxterSimulation
 from sim_bridge.joints import GRIPPER_JOINTS
 from sim_bridge.simulation_settings import SimulationSettings

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.nodes.parameters import declare_settings
-from irlpilco_ros.nodes.runtime import run_node
+from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.runtime import run_node
 from sim_bridge.cart_pole_simulation import CartPoleSettings, CartPoleSimulation
 from sim_bridge.simulator_node import SimulatorNode
 

@@ -18,14 +18,14 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
+from irlpilco_ros.control.joint_state_tracker import JointReading, JointStateTracker
 from irlpilco_ros.learning.settings import check, setting
-from irlpilco_ros.nodes.clients import Clients
-from irlpilco_ros.nodes.health import OK, WARN, Health
-from irlpilco_ros.nodes.joint_state_tracker import JointReading, JointStateTracker
-from irlpilco_ros.nodes.messages import sample, time_message
-from irlpilco_ros.nodes.parameters import declare_settings
-from irlpilco_ros.nodes.qos import JOINT_COMMAND, JOINT_STATES_SUB
-from irlpilco_ros.nodes.runtime import run_node
+from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.health import OK, WARN, Health
+from irlpilco_ros.ros.messages import sample, time_message
+from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.ros.runtime import run_node
 from sim_bridge.guided_motion import Approach, GuidedMotion, load_motion
 
 GUIDE_TOPIC = "baxter_simulator/guide"

@@ -13,9 +13,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from irlpilco_ros.nodes.health import ERROR, OK, WARN, Health
-from irlpilco_ros.nodes.messages import time_message
-from irlpilco_ros.nodes.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB
+from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
+from irlpilco_ros.ros.messages import time_message
+from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB
 from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.joint_reading import JointReading
 from sim_bridge.pace_settings import PaceSettings

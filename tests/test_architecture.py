@@ -31,29 +31,24 @@ ROS_PACKAGES = (
 THIRD_PARTY_OF_LEARNING = ("numpy", "scipy", "threadpoolctl")
 
 OURS = ("irlpilco_ros", "sim_bridge")
+BELOW_CONTROL = ("irlpilco_ros.learning", "irlpilco_ros.experience", "irlpilco_ros.resources")
+WITH_ROS = ("irlpilco_ros.ros", "irlpilco_ros.nodes")
 
 # A layer may import itself and what is below it. A longer name wins over a shorter one.
 MAY_IMPORT = {
     "irlpilco_ros.learning": (),
     "irlpilco_ros.experience": ("irlpilco_ros.learning",),
     "irlpilco_ros.resources": ("irlpilco_ros.learning",),
-    "irlpilco_ros.nodes": (
-        "irlpilco_ros.learning",
-        "irlpilco_ros.experience",
-        "irlpilco_ros.resources",
-    ),
-    "irlpilco_ros.report": (
-        "irlpilco_ros.learning",
-        "irlpilco_ros.experience",
-        "irlpilco_ros.resources",
-        "sim_bridge",
-    ),
-    "sim_bridge": ("irlpilco_ros.learning", "irlpilco_ros.experience", "irlpilco_ros.resources"),
+    "irlpilco_ros.control": ("irlpilco_ros.learning", "irlpilco_ros.experience"),
+    "irlpilco_ros.ros": (*BELOW_CONTROL, "irlpilco_ros.control"),
+    "irlpilco_ros.nodes": (*BELOW_CONTROL, "irlpilco_ros.control", "irlpilco_ros.ros"),
+    "irlpilco_ros.report": (*BELOW_CONTROL, "sim_bridge"),
+    "irlpilco_ros.studies": (*BELOW_CONTROL, "irlpilco_ros.report", "sim_bridge"),
+    "sim_bridge": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "sim_bridge nodes": (
-        "irlpilco_ros.learning",
-        "irlpilco_ros.experience",
-        "irlpilco_ros.resources",
-        "irlpilco_ros.nodes",
+        *BELOW_CONTROL,
+        "irlpilco_ros.control",
+        "irlpilco_ros.ros",
         "sim_bridge",
     ),
     "irlpilco_ros": OURS,
@@ -96,8 +91,8 @@ def importers_of(packages: tuple[str, ...]) -> set[str]:
 
 def test_the_walk_sees_the_sources():
     names = {name_of(path) for path in SOURCES}
-    assert {"irlpilco_ros.cli", "irlpilco_ros.learning", "irlpilco_ros.nodes.runtime"} <= names
-    assert "irlpilco_ros.nodes.runtime" in importers_of(("rclpy",))
+    assert {"irlpilco_ros.cli", "irlpilco_ros.learning", "irlpilco_ros.ros.runtime"} <= names
+    assert "irlpilco_ros.ros.runtime" in importers_of(("rclpy",))
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=name_of)
@@ -124,11 +119,11 @@ def test_learning_needs_only_numpy_scipy_and_threadpoolctl():
     assert foreign == []
 
 
-def test_ros_is_used_by_nodes_only():
+def test_ros_is_used_by_the_toolkit_and_nodes_only():
     outside = {
         name
         for name in importers_of(ROS_PACKAGES)
-        if not is_within(name, "irlpilco_ros.nodes") and layer_of(name) != "sim_bridge nodes"
+        if layer_of(name) not in (*WITH_ROS, "sim_bridge nodes")
     }
     assert outside == set()
 

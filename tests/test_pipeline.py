@@ -18,8 +18,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.run_directory import RunDirectory
-from irlpilco_ros.nodes.learner_progress import LearnerProgress
-from irlpilco_ros.nodes.qos import DIAGNOSTICS
+from irlpilco_ros.ros.learner_progress import LearnerProgress
+from irlpilco_ros.ros.qos import DIAGNOSTICS
 
 pytestmark = [pytest.mark.dds, pytest.mark.slow]
 

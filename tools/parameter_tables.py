@@ -15,13 +15,13 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from irlpilco_ros.control.controller_settings import ControllerSettings  # noqa: E402
 from irlpilco_ros.experience.policy_file import PREFIX, parameter_types  # noqa: E402
 from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
 from irlpilco_ros.learning.learning_settings import LearningSettings  # noqa: E402
-from irlpilco_ros.nodes.controller_settings import ControllerSettings  # noqa: E402
 from irlpilco_ros.nodes.demonstration_recorder import RecorderSettings  # noqa: E402
 from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
-from irlpilco_ros.nodes.policy_parameters import _DESCRIPTIONS  # noqa: E402
+from irlpilco_ros.ros.policy_parameters import _DESCRIPTIONS  # noqa: E402
 from sim_bridge.cart_pole_simulation import CartPoleSettings  # noqa: E402
 from sim_bridge.demonstrator_node import DemonstratorSettings  # noqa: E402
 from sim_bridge.simulation_settings import SimulationSettings  # noqa: E402

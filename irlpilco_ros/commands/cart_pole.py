@@ -69,7 +69,6 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the chapter, going on where it stands, and write its page."""
-    from irlpilco_ros.commands import cart_pole_page, cart_pole_runs
     from irlpilco_ros.experience.bag_reader import read_bag
     from irlpilco_ros.experience.parameters_file import (
         load_parameters_file,
@@ -78,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     from irlpilco_ros.learning.errors import InvalidSettingError
     from irlpilco_ros.learning.learning_settings import LearningSettings
     from irlpilco_ros.resources import config_file, recording
+    from irlpilco_ros.studies.cart_pole import page, runs
     from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
     counts = {"--seeds": arguments.seeds, "--expert-trials": arguments.expert_trials}
@@ -86,21 +86,21 @@ def run(arguments: argparse.Namespace) -> int:
             raise InvalidSettingError(f"{option} is {count}; expected at least 1")
     out: Path = arguments.out
     demonstration = read_bag(arguments.demonstration or recording("cart_pole/expert")).rollout(
-        CART_POLE_JOINTS, cart_pole_runs.HORIZON
+        CART_POLE_JOINTS, runs.HORIZON
     )
     values = load_parameters_file(arguments.settings or config_file("swing_up.yaml"), "learner")
     settings = settings_from_parameters(LearningSettings, values)
-    cart_pole_runs.claim(out, demonstration, settings)
-    runs = cart_pole_page.Runs(demonstration, {}, {method: {} for method in arguments.methods})
+    runs.claim(out, demonstration, settings)
+    done = page.Runs(demonstration, {}, {method: {} for method in arguments.methods})
     for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
         with ProgressDisplay(f"expert, seed {seed}") as display:
-            runs.expert[seed] = cart_pole_runs.run_expert(
+            done.expert[seed] = runs.run_expert(
                 out / "expert" / f"seed_{seed:02d}", seed, arguments.expert_trials, display.update
             )
-        print(cart_pole_page.expert_line(seed, runs.expert[seed]), flush=True)
+        print(page.expert_line(seed, done.expert[seed]), flush=True)
         for method in arguments.methods:
             with ProgressDisplay(f"{method}, seed {seed}") as display:
-                runs.imitation[method][seed] = cart_pole_runs.run_imitation(
+                done.imitation[method][seed] = runs.run_imitation(
                     out / method / f"seed_{seed:02d}",
                     demonstration,
                     dataclasses.replace(settings, method=method),
@@ -108,9 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
                     arguments.iterations,
                     display.update,
                 )
-            line = cart_pole_page.imitation_line(
-                method, seed, demonstration, runs.imitation[method][seed]
-            )
+            line = page.imitation_line(method, seed, demonstration, done.imitation[method][seed])
             print(line, flush=True)
-    print(f"page: {cart_pole_page.write_page(out, runs)}")
+    print(f"page: {page.write_page(out, done)}")
     return 0

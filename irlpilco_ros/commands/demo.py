@@ -28,7 +28,7 @@ from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 if TYPE_CHECKING:
-    from irlpilco_ros.nodes.session import Session
+    from irlpilco_ros.ros.session import Session
 
 EPILOG = """\
 It starts baxter_simulator, demonstrator, demonstration_recorder, controller and learner, each in
@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"the run that was in {arguments.run_directory} is kept in {kept}")
     domain = enter_private_domain(os.environ)
     print(f"run directory {directory.path}, ROS_DOMAIN_ID {domain}", flush=True)
-    from irlpilco_ros.nodes.session import Session
+    from irlpilco_ros.ros.session import Session
 
     environment = node_environment(directory.path)
     with NodeProcesses(directory.path / "log", environment) as nodes:
@@ -116,7 +116,7 @@ class Demo:
             session: A node to call the others with.
             check: Raises if one of the nodes has ended.
         """
-        from irlpilco_ros.nodes.trial_runner import TrialRunner
+        from irlpilco_ros.ros.trial_runner import TrialRunner
 
         self._arguments = arguments
         self._directory = directory
@@ -148,7 +148,7 @@ class Demo:
 
     def _learn(self) -> None:
         """Learn one iteration; arms that a wild trial has hooked into each other are freed once."""
-        from irlpilco_ros.nodes.clients import RefusedError
+        from irlpilco_ros.ros.clients import RefusedError
 
         try:
             learn_iteration(self._session, self._check)

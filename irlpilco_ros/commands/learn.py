@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
 if TYPE_CHECKING:
-    from irlpilco_ros.nodes.session import Session
+    from irlpilco_ros.ros.session import Session
 
 EPILOG = """\
 The nodes (learner, controller, demonstration_recorder, and a robot or baxter_simulator) must be
@@ -44,7 +44,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Call the service as often as asked and print each answer."""
-    from irlpilco_ros.nodes.session import Session
+    from irlpilco_ros.ros.session import Session
 
     with Session("irlpilco_learn", namespace=arguments.namespace) as session:
         for _ in range(arguments.iterations):

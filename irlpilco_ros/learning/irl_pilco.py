@@ -11,22 +11,23 @@ import numpy as np
 
 from irlpilco_ros.learning.costs import Cost, FeatureExpectations, FeatureMatching, TrajectoryKl
 from irlpilco_ros.learning.costs.base import discounts
-from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array, Gaussian
-from irlpilco_ros.learning.initial_policy import initial_policy, random_policy, zero_policy
-from irlpilco_ros.learning.inverse_policy import inverse_policy
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
+from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.iteration import Errors, Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.learning.policies import OpenLoopPolicy, Policy
-from irlpilco_ros.learning.policy_search import SearchResult, search_policy
-from irlpilco_ros.learning.prior_mean import velocity_prior
+from irlpilco_ros.learning.policies.initial_policy import initial_policy, random_policy, zero_policy
+from irlpilco_ros.learning.policies.inverse_policy import inverse_policy
+from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.rollout import Rollout
-from irlpilco_ros.learning.staged_search import StagedSearch
+from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
+from irlpilco_ros.learning.search.staged_search import StagedSearch
 from irlpilco_ros.learning.task import Task
-from irlpilco_ros.learning.threads import one_blas_thread
-from irlpilco_ros.learning.trial_data import train_on_trials
 from irlpilco_ros.learning.weight_rules import WEIGHT_RULES
 
 __all__ = [

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array
-from irlpilco_ros.learning.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy, from_arrays
 
 _ARRAYS = (

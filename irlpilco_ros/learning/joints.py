@@ -8,9 +8,9 @@ from functools import cached_property
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import Features, JointPositions, PositionsAndAngles
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.state_layout import StateLayout
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
 
 
 @dataclass(frozen=True)

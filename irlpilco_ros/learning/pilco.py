@@ -9,22 +9,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irlpilco_ros.learning import initial_policy
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array, Gaussian
-from irlpilco_ros.learning.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.model_input import extended_state
-from irlpilco_ros.learning.moment_matching import Method
-from irlpilco_ros.learning.objective import Objective
-from irlpilco_ros.learning.policies import LinearPolicy, OpenLoopPolicy, Policy, RbfPolicy
-from irlpilco_ros.learning.policy_search import SearchProgress, SearchResult, search_policy
-from irlpilco_ros.learning.predicted_trajectory import PredictedTrajectory
+from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.numerics.threads import one_blas_thread
+from irlpilco_ros.learning.policies import (
+    LinearPolicy,
+    OpenLoopPolicy,
+    Policy,
+    RbfPolicy,
+    initial_policy,
+)
+from irlpilco_ros.learning.prediction.model_input import extended_state
+from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.predicted_trajectory import PredictedTrajectory
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
-from irlpilco_ros.learning.state_layout import StateLayout
-from irlpilco_ros.learning.threads import one_blas_thread
-from irlpilco_ros.learning.trial_data import train_on_trials
+from irlpilco_ros.learning.search.policy_search import SearchProgress, SearchResult, search_policy
 
 _BEGINNING = 2.0 / 3.0  # of a trial
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -18,19 +18,19 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
+from irlpilco_ros.control.controller_settings import ControllerSettings
+from irlpilco_ros.control.motion_control import MotionControl, Outcome, RefusedError
+from irlpilco_ros.control.motions import Approach, Command, Motion, Trial
+from irlpilco_ros.control.safety import check_start
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.nodes.controller_settings import ControllerSettings
-from irlpilco_ros.nodes.health import ERROR, OK, WARN, Health
-from irlpilco_ros.nodes.messages import joint_command, sample
-from irlpilco_ros.nodes.motion_control import MotionControl, Outcome, RefusedError
-from irlpilco_ros.nodes.motions import Approach, Command, Motion, Trial
-from irlpilco_ros.nodes.parameters import declare_settings
-from irlpilco_ros.nodes.policy_parameters import PolicyParameters
-from irlpilco_ros.nodes.qos import JOINT_COMMAND, JOINT_STATES_SUB
-from irlpilco_ros.nodes.runtime import run_node
-from irlpilco_ros.nodes.safety import check_start
+from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
+from irlpilco_ros.ros.messages import joint_command, sample
+from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.policy_parameters import PolicyParameters
+from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.ros.runtime import run_node
 
 WATCH_PERIOD = 0.02
 """How often silence of the joint states is looked for [s]."""

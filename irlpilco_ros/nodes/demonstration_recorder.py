@@ -28,11 +28,11 @@ from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, HeaderReader
 from irlpilco_ros.experience.live_recording import LiveRecording
 from irlpilco_ros.experience.sampling import Received
 from irlpilco_ros.learning.settings import check, setting
-from irlpilco_ros.nodes.clients import Clients
-from irlpilco_ros.nodes.health import ERROR, OK, Health
-from irlpilco_ros.nodes.parameters import declare_settings
-from irlpilco_ros.nodes.qos import COMMAND_RECORDING, STATE_RECORDING
-from irlpilco_ros.nodes.runtime import run_node
+from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.health import ERROR, OK, Health
+from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
+from irlpilco_ros.ros.runtime import run_node
 
 FIRST_SAMPLE_TIMEOUT = 5.0
 """How long `start` waits for joint states of all joints [s]."""

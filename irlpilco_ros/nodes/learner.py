@@ -27,15 +27,15 @@ from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.settings import check, setting
-from irlpilco_ros.nodes.clients import Clients
-from irlpilco_ros.nodes.health import OK, WARN, Health
-from irlpilco_ros.nodes.learner_progress import IterationClock, LearnerProgress
-from irlpilco_ros.nodes.learner_worker import LearnerWorker
-from irlpilco_ros.nodes.parameters import declare_settings
-from irlpilco_ros.nodes.predicted_trajectory import predicted_trajectory
-from irlpilco_ros.nodes.qos import DIAGNOSTICS, LATCHED
-from irlpilco_ros.nodes.runtime import run_node
-from irlpilco_ros.nodes.trial_runner import TrialRunner
+from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.health import OK, WARN, Health
+from irlpilco_ros.ros.learner_progress import IterationClock, LearnerProgress
+from irlpilco_ros.ros.learner_worker import LearnerWorker
+from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.predicted_trajectory import predicted_trajectory
+from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
+from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.trial_runner import TrialRunner
 
 Result = TypeVar("Result")
 

@@ -11,7 +11,7 @@ import joblib
 from tqdm import tqdm
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.threads import one_blas_thread
+from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.studies.job import Job, Result
 from irlpilco_ros.studies.result_store import ResultStore
 

@@ -10,16 +10,16 @@ import pytest
 from PIL import Image
 
 from irlpilco_ros import cli
-from irlpilco_ros.commands import cart_pole_runs
-from irlpilco_ros.commands.cart_pole_page import Runs, write_page
-from irlpilco_ros.commands.cart_pole_runs import TrialRecord
 from irlpilco_ros.experience.bag_reader import read_bag
-from irlpilco_ros.learning.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.pilco import PilcoIteration, improve
 from irlpilco_ros.learning.policies import from_arrays
-from irlpilco_ros.learning.predicted_trajectory import PredictedTrajectory
+from irlpilco_ros.learning.prediction.predicted_trajectory import PredictedTrajectory
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.resources import config_file, recording
+from irlpilco_ros.studies.cart_pole import runs
+from irlpilco_ros.studies.cart_pole.page import Runs, write_page
+from irlpilco_ros.studies.cart_pole.runs import TrialRecord
 from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
 pytestmark = pytest.mark.slow
@@ -31,8 +31,8 @@ FEWER = {"evaluations": 6, "race": 2, "stages": 2}
 def quick():
     """Let experts search for less, all the while."""
     with pytest.MonkeyPatch.context() as patch:
-        settings = dataclasses.replace(cart_pole_runs.EXPERT_SETTINGS, evaluations=6)
-        patch.setattr(cart_pole_runs, "EXPERT_SETTINGS", settings)
+        settings = dataclasses.replace(runs.EXPERT_SETTINGS, evaluations=6)
+        patch.setattr(runs, "EXPERT_SETTINGS", settings)
         yield
 
 
@@ -100,7 +100,7 @@ def test_what_is_done_is_not_done_again_and_an_interrupted_run_goes_on(chapter, 
     last = out / "feature_matching/seed_00/trial_002.npz"
     before = TrialRecord.read(last)
     last.unlink()  # as if killed before the second trial was over
-    monkeypatch.setattr(cart_pole_runs, "improve", None)  # the expert must not learn again
+    monkeypatch.setattr(runs, "improve", None)  # the expert must not learn again
     assert cli.main(arguments) == 0
     again = TrialRecord.read(last)
     np.testing.assert_array_equal(again.rollout.states, before.rollout.states)
@@ -122,12 +122,12 @@ def test_runs_of_other_settings_are_not_mixed(chapter, capsys):
 def test_the_demonstration_is_a_held_swing_up_and_its_commands_are_not_looked_at():
     demonstration = read_bag(recording("cart_pole/expert")).rollout(CART_POLE_JOINTS, 25)
     assert TrialRecord(demonstration, 0.0, 0.0, {}).held
-    task = cart_pole_runs.imitation_task(demonstration)
+    task = runs.imitation_task(demonstration)
     assert not task.tells_controls
 
 
 def test_the_cost_of_the_expert_is_zero_at_the_goal_only():
-    task = cart_pole_runs.expert_task()
+    task = runs.expert_task()
     states = np.zeros((2, 4))
     states[1, 1] = np.pi
     spread = np.zeros((2, 4, 4))
@@ -141,7 +141,7 @@ def test_an_expert_finds_out_of_a_detour():
     Searching on over the whole trial alone ended at a cost of 11.9 after 310 evaluations.
     """
     stored = np.load(Path(__file__).with_name("late_swing_up.npz"))
-    task = cart_pole_runs.expert_task()
+    task = runs.expert_task()
     own = [name for name in stored if name.startswith("policy_") and name != "policy_kind"]
     known = [stored[f"log_{name}"] for name in ("lengthscales", "signal", "noise")]
     previous = PilcoIteration(
@@ -155,7 +155,7 @@ def test_an_expert_finds_out_of_a_detour():
         evaluations=0,
     )
     trials = [Rollout(*trial) for trial in zip(stored["states"], stored["controls"], strict=True)]
-    settings = dataclasses.replace(cart_pole_runs.EXPERT_SETTINGS, evaluations=120)
+    settings = dataclasses.replace(runs.EXPERT_SETTINGS, evaluations=120)
     assert improve(task, settings, trials, previous).cost < 9.0
 
 

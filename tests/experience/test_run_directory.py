@@ -18,8 +18,8 @@ from irlpilco_ros.experience.metrics import MetricsRow
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.iteration import Iteration
-from irlpilco_ros.learning.kernel import Hyperparameters
 from irlpilco_ros.learning.policies import LinearPolicy
 
 CONFIGURATION = {"horizon": 16, "starts": ("last", "zero"), "velocity_limit": np.array([0.5, 1.5])}

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.numerics.arrays import Array
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden"
 

@@ -13,7 +13,7 @@ from irlpilco_ros.learning.costs import (
     saturating_loss,
 )
 from irlpilco_ros.learning.features import JointPositions, PositionsAndAngles
-from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.moments.gaussian import Gaussian
 
 H, D, K = 4, 4, 3
 RNG = np.random.default_rng(0)

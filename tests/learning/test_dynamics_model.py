@@ -6,10 +6,10 @@ from block_checks import random_bars
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.kernel import Hyperparameters
-from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.training import train
 
 METHODS = st.sampled_from(["first_order", "exact"])
 

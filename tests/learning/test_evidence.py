@@ -5,8 +5,8 @@ import pytest
 from block_checks import golden_cases, slope
 from dynamics_examples import example_data
 
-from irlpilco_ros.learning.evidence import negative_log_evidence
-from irlpilco_ros.learning.hyperprior import pilco_curb
+from irlpilco_ros.learning.gp.evidence import negative_log_evidence
+from irlpilco_ros.learning.gp.hyperprior import pilco_curb
 
 
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("nlml")))

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from block_checks import check_monte_carlo, check_pullback, random_gaussian
 
-from irlpilco_ros.learning.cubature import cubature_moments
 from irlpilco_ros.learning.features import CubatureFeatures, JointPositions, PositionsAndAngles
-from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.moments.cubature import cubature_moments
+from irlpilco_ros.learning.moments.gaussian import Gaussian
 
 
 def planar_arm(points):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from block_checks import slope
 
-from irlpilco_ros.learning.hyperprior import HYPERPRIORS, dimension_scaled, pilco_curb
-from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, dimension_scaled, pilco_curb
+from irlpilco_ros.learning.gp.training import train
 
 
 @pytest.mark.parametrize("name", sorted(HYPERPRIORS))

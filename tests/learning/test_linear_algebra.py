@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from irlpilco_ros.learning.errors import NumericalError
-from irlpilco_ros.learning.linear_algebra import (
+from irlpilco_ros.learning.numerics.linear_algebra import (
     jittered_cholesky,
     regularised_inverse,
     triangular_inverse,

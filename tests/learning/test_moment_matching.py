@@ -11,11 +11,11 @@ from block_checks import (
 )
 from dynamics_examples import example_input, example_model
 
-from irlpilco_ros.learning.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
-from irlpilco_ros.learning.gaussian import Gaussian
-from irlpilco_ros.learning.kernel import Hyperparameters, squared_exponential
-from irlpilco_ros.learning.moment_matching import match_moments
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.kernel import Hyperparameters, squared_exponential
+from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.moments.moment_matching import match_moments
 
 
 def original_hyperparameters(given):

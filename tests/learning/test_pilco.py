@@ -8,8 +8,8 @@ import pytest
 from irlpilco_ros.learning.costs import StateCost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gaussian import Gaussian
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.pilco import (
     ControlTask,
     improve,
@@ -18,8 +18,8 @@ from irlpilco_ros.learning.pilco import (
     random_start,
     search_evaluations,
 )
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
-from irlpilco_ros.learning.state_layout import StateLayout
 
 LAYOUT = StateLayout(2, angles=(0,), dynamics_inputs=(1, 2, 3), policy_inputs=(1, 2, 3))
 SETTINGS = LearningSettings(policy="rbf", rbf_count=6, optimiser="lbfgs", evaluations=25, threads=1)

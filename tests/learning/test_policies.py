@@ -14,7 +14,8 @@ from block_checks import (
 )
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.moments.radial_basis import bumps_moments, fit_bumps
 from irlpilco_ros.learning.policies import (
     KINDS,
     LinearPhasePolicy,
@@ -25,7 +26,6 @@ from irlpilco_ros.learning.policies import (
 )
 from irlpilco_ros.learning.policies.linear_phase import phase_features
 from irlpilco_ros.learning.policies.rbf import RIDGE, VARIANCE_FLOOR
-from irlpilco_ros.learning.radial_basis import bumps_moments, fit_bumps
 
 D, F, H = 4, 2, 6
 LIMIT = np.array([1.5, 0.4])

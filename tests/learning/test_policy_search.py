@@ -7,19 +7,19 @@ from toy_models import JOINTS, LaggingJoints, toy_model, toy_task
 from irlpilco_ros.learning.costs import FeatureMatching
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gaussian import Gaussian
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
+from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.irl_pilco import (
     LearningSettings,
     imitation_objective,
     initial_policy,
     weigh,
 )
-from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy
-from irlpilco_ros.learning.policy_search import search_policy
-from irlpilco_ros.learning.prior_mean import velocity_prior
-from irlpilco_ros.learning.state_layout import StateLayout
-from irlpilco_ros.learning.trial_data import train_on_trials
+from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.search.policy_search import search_policy
 
 LIMIT = np.array([1.0, 0.8])
 

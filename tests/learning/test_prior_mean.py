@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.prior_mean import velocity_prior, zero_prior
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior, zero_prior
 
 
 def test_a_joint_integrates_its_command():

@@ -9,8 +9,8 @@ from block_checks import (
     reference_bars,
 )
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
-from irlpilco_ros.learning.radial_basis import Bumps, bumps_moments, fit_bumps
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.moments.radial_basis import Bumps, bumps_moments, fit_bumps
 
 
 def some_bumps(outputs=2, dimension=3, count=6):

@@ -8,10 +8,10 @@ from block_checks import check_pullback, golden_cases
 from dynamics_examples import example_data, example_hyperparameters, example_input, example_model
 from test_moment_matching import check_original, original_hyperparameters
 
-from irlpilco_ros.learning.moment_matching import match_moments
-from irlpilco_ros.learning.posterior import condition
-from irlpilco_ros.learning.sparse import condition_sparse, spread_points
-from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.gp.posterior import condition
+from irlpilco_ros.learning.gp.sparse import condition_sparse, spread_points
+from irlpilco_ros.learning.gp.training import train
+from irlpilco_ros.learning.moments.moment_matching import match_moments
 
 
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("gp1")))

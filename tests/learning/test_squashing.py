@@ -10,8 +10,13 @@ from block_checks import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
-from irlpilco_ros.learning.squashing import squash, squashed_moments, squashing_slope, unsquash
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.moments.squashing import (
+    squash,
+    squashed_moments,
+    squashing_slope,
+    unsquash,
+)
 
 LIMIT = np.array([1.5, 0.3, 4.0])
 

@@ -9,14 +9,14 @@ from toy_models import LaggingJoints, toy_model, toy_task
 from irlpilco_ros.learning.costs import FeatureMatching
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gaussian import Gaussian
-from irlpilco_ros.learning.initial_policy import initial_policy
 from irlpilco_ros.learning.irl_pilco import learn
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.objective import Objective
+from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy
-from irlpilco_ros.learning.staged_search import StagedSearch
-from irlpilco_ros.learning.state_layout import StateLayout
+from irlpilco_ros.learning.policies.initial_policy import initial_policy
+from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.search.staged_search import StagedSearch
 
 HORIZON = 12
 

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from irlpilco_ros.learning.threads import run_later, run_parallel, scratch
+from irlpilco_ros.learning.numerics.threads import run_later, run_parallel, scratch
 
 
 def run_alone(source):
@@ -17,7 +17,7 @@ def run_alone(source):
     """
     prelude = """
 from threadpoolctl import threadpool_info, threadpool_limits
-from irlpilco_ros.learning.threads import one_blas_thread
+from irlpilco_ros.learning.numerics.threads import one_blas_thread
 
 def blas_threads():
     return {info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"}

@@ -8,11 +8,11 @@ from block_checks import golden_cases
 from dynamics_examples import example_data, example_hyperparameters
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.evidence import negative_log_evidence
-from irlpilco_ros.learning.hyperprior import dimension_scaled, pilco_curb
-from irlpilco_ros.learning.kernel import Hyperparameters
-from irlpilco_ros.learning.prior_mean import velocity_prior
-from irlpilco_ros.learning.training import train
+from irlpilco_ros.learning.gp.evidence import negative_log_evidence
+from irlpilco_ros.learning.gp.hyperprior import dimension_scaled, pilco_curb
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
+from irlpilco_ros.learning.gp.training import train
 
 
 def evidence(penalty, inputs, targets, hyperparameters, a):
@@ -126,7 +126,7 @@ def test_jitter_is_reported_and_not_printed(capsys):
     tiny = Hyperparameters(np.zeros((1, 1)), np.zeros(1), np.array([-40.0]))
     model = train(x, y, warm_start=tiny, max_evaluations=1)
     assert model.notes == ()  # the search stays where it needs none
-    from irlpilco_ros.learning.dynamics_model import DynamicsModel
+    from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 
     model = DynamicsModel.condition(x, y, tiny)
     assert model.notes

@@ -8,8 +8,8 @@ from block_checks import (
     random_gaussian,
 )
 
-from irlpilco_ros.learning.gaussian import Gaussian, Moments
-from irlpilco_ros.learning.trigonometric import sine_cosine_moments, sine_moments
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.moments.trigonometric import sine_cosine_moments, sine_moments
 
 
 def scaled(moments, pullback, scale):

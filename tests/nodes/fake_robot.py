@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.nodes.messages import time_message
-from irlpilco_ros.nodes.qos import COMMAND_RECORDING, JOINT_STATES_PUB
+from irlpilco_ros.ros.messages import time_message
+from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_STATES_PUB
 
 STEP = 0.01  # [s] of message time from state to state
 

@@ -16,8 +16,8 @@ from std_srvs.srv import SetBool
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters, write_policy_file
 from irlpilco_ros.learning.policies import LinearPolicy, OpenLoopPolicy
-from irlpilco_ros.nodes.messages import nanoseconds
-from irlpilco_ros.nodes.qos import COMMAND_RECORDING
+from irlpilco_ros.ros.messages import nanoseconds
+from irlpilco_ros.ros.qos import COMMAND_RECORDING
 
 pytestmark = pytest.mark.dds
 

@@ -15,8 +15,8 @@ from irlpilco_ros.experience.bag_reader import read_bag, read_recording
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
-from irlpilco_ros.nodes.messages import joint_command, time_message
-from irlpilco_ros.nodes.qos import JOINT_STATES_PUB
+from irlpilco_ros.ros.messages import joint_command, time_message
+from irlpilco_ros.ros.qos import JOINT_STATES_PUB
 
 pytestmark = pytest.mark.dds
 

@@ -21,7 +21,7 @@ from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.policy_file import policy_from_parameters, read_policy_file
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.nodes.qos import DIAGNOSTICS, LATCHED
+from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
 
 pytestmark = pytest.mark.dds
 
@@ -188,7 +188,7 @@ def test_a_second_call_hears_busy_at_once_and_disturbs_nothing(place):
     graph.wait_for(lambda: "controller/run_trial" in robot.calls, "the trial")
     # The test's node is held up in run_trial, and so another process has to ask.
     script = (
-        "from irlpilco_ros.nodes.session import Session\n"
+        "from irlpilco_ros.ros.session import Session\n"
         "with Session('other', '/first') as session: session.trigger('learn_iteration', 5.0)"
     )
     other = graph.run([sys.executable, "-c", script])

@@ -18,8 +18,8 @@ from ros_graph import RosGraph
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.nodes.messages import joint_command, nanoseconds
-from irlpilco_ros.nodes.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.ros.messages import joint_command, nanoseconds
+from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.baxter_simulator_node import BaxterSimulatorNode
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS

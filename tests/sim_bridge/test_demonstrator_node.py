@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros_graph import RosGraph
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.nodes.messages import nanoseconds
+from irlpilco_ros.ros.messages import nanoseconds
 from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS
 

@@ -8,9 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from irlpilco_ros.learning.cubature import MeanPullback
 from irlpilco_ros.learning.features import Features
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments
+from irlpilco_ros.learning.moments.cubature import MeanPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from irlpilco_ros.learning.costs.base import CostValue, discounts, predicted_features
 from irlpilco_ros.learning.costs.feature_matching import SCALE
 from irlpilco_ros.learning.features import Features
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from irlpilco_ros.learning.costs.base import (
     predicted_features,
 )
 from irlpilco_ros.learning.features import Features
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 
 SCALE = 1000.0
 """alpha of thesis (5.5): keeps the cost of small deviations away from rounding."""

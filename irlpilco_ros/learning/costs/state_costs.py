@@ -9,7 +9,8 @@ import numpy as np
 
 from irlpilco_ros.learning.costs.base import CostValue, discounts, predicted_features
 from irlpilco_ros.learning.features import Features
-from irlpilco_ros.learning.gaussian import Array, Gaussian
+from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.numerics.arrays import Array
 
 Loss = Callable[[Gaussian, Array, Array], tuple[float, Array, Array]]
 

@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.numerics.arrays import Array
 
 Arrays = dict[str, Array | float | int]
 """A policy as named arrays and numbers: what files and ROS parameters hold."""

@@ -8,14 +8,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.squashing import squash, squashed_moments, squashing_slope
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
     checked_array,
     checked_limit,
     checked_vector,
 )
-from irlpilco_ros.learning.squashing import squash, squashed_moments, squashing_slope
 
 AffinePullback = Callable[[Array, Array, Array], tuple[Array, Array, Array, Array]]
 

@@ -12,7 +12,9 @@ from typing import ClassVar
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.squashing import squash
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
     checked_array,
@@ -25,7 +27,6 @@ from irlpilco_ros.learning.policies.linear import (
     affine_slope,
     each_row,
 )
-from irlpilco_ros.learning.squashing import squash
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
     checked_array,

@@ -9,15 +9,16 @@ from typing import ClassVar
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gaussian import Array, Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
+from irlpilco_ros.learning.moments.radial_basis import Bumps, FitPullback, bumps_moments, fit_bumps
+from irlpilco_ros.learning.moments.squashing import squashed_moments
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
     checked_array,
     checked_limit,
     checked_vector,
 )
-from irlpilco_ros.learning.radial_basis import Bumps, FitPullback, bumps_moments, fit_bumps
-from irlpilco_ros.learning.squashing import squashed_moments
 
 RIDGE = 0.01**2
 """PILCO's: targets have a noise of 0.01 of the bumps' height."""

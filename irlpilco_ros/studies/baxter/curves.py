@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.report import style
 from irlpilco_ros.studies.job import Result
 

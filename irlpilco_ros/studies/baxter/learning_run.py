@@ -10,7 +10,6 @@ import numpy as np
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.features import CubatureFeatures
-from irlpilco_ros.learning.gaussian import Array
 from irlpilco_ros.learning.irl_pilco import (
     Iteration,
     Rollout,
@@ -22,6 +21,7 @@ from irlpilco_ros.learning.irl_pilco import (
     weigh,
 )
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy, from_arrays
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import ROBOTS

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.studies.baxter import headline, reproduce
 from irlpilco_ros.studies.baxter.baselines import baselines
 from irlpilco_ros.studies.baxter.learning_run import (

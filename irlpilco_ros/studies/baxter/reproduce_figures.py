@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from irlpilco_ros.learning.gaussian import Array
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.report import style
 from irlpilco_ros.report.joint_figures import position_figure
 from irlpilco_ros.report.run_summary import IterationSummary, RunSummary

@@ -1,0 +1,132 @@
+"""The checks that stand between every command and the robot. No ROS here."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from irlpilco_ros.control.joint_state_tracker import JointReading
+from irlpilco_ros.control.motions import MotionStoppedError
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.policies import Policy
+
+Vector = NDArray[np.float64]
+
+REACTION_TIME = 0.1
+"""How far ahead a joint's way to its limit is looked at [s]: about what a servo takes to brake."""
+
+_ROUNDING = 1e-9
+
+
+def check_reading(robot: RobotSettings, reading: JointReading) -> None:
+    """Check that a state is made of finite numbers.
+
+    Raises:
+        MotionStoppedError: names the joint and its value.
+    """
+    for quantity, values in (("position", reading.positions), ("velocity", reading.velocities)):
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if wrong.size:
+            raise MotionStoppedError(
+                f"{quantity} of joint {robot.joints[wrong[0]]} is {values[wrong[0]]}; "
+                "expected a finite number"
+            )
+
+
+def check_command(
+    robot: RobotSettings, margin: float, reading: JointReading, values: Vector
+) -> None:
+    """Check a command (F,) before it goes out.
+
+    Raises:
+        MotionStoppedError: a value is not finite or beyond the joint's limit, or it drives a joint
+            on that is within `margin` [rad] of its position limit, or will be in REACTION_TIME.
+    """
+    unit = "Nm" if robot.command_interface == "effort" else "rad/s"
+    names = robot.roles.commanded
+    for joint in np.flatnonzero(~np.isfinite(values)):
+        raise MotionStoppedError(
+            f"command of joint {names[joint]} is {values[joint]}; expected a finite number"
+        )
+    limit = robot.control_limit
+    for joint in np.flatnonzero(np.abs(values) > limit * (1.0 + _ROUNDING)):
+        raise MotionStoppedError(
+            f"command of joint {names[joint]} is {values[joint]:.4f} {unit}; "
+            f"its {'effort' if unit == 'Nm' else 'velocity'} limit is {limit[joint]:g} {unit}"
+        )
+    _check_way(robot, margin, reading, values)
+
+
+def _check_way(robot: RobotSettings, margin: float, reading: JointReading, values: Vector) -> None:
+    # An effort says nothing about where a joint moves; its measured speed does.
+    going = reading.velocities.copy()
+    if robot.command_interface == "velocity":
+        going[robot.roles.commanded_columns] = values
+    ahead = reading.positions + REACTION_TIME * reading.velocities
+    above = np.maximum(reading.positions, ahead) > robot.upper - margin
+    below = np.minimum(reading.positions, ahead) < robot.lower + margin
+    for joint in np.flatnonzero((above & (going > 0.0)) | (below & (going < 0.0))):
+        side = "upper" if going[joint] > 0.0 else "lower"
+        limit = (robot.upper if side == "upper" else robot.lower)[joint]
+        raise MotionStoppedError(
+            f"joint {robot.joints[joint]} at {reading.positions[joint]:.4f} rad comes within "
+            f"{margin:g} rad of its {side} limit {limit:g} rad and is moving on"
+        )
+
+
+def check_policy(robot: RobotSettings, policy: Policy, joints: Joints) -> None:
+    """Check that a policy is one for this robot.
+
+    Raises:
+        InvalidSettingError: its joints are not the robot's joints in their order, or its limit is
+            above the robot's.
+    """
+    if joints.names != robot.joints:
+        unknown = [joint for joint in joints.names if joint not in robot.joints]
+        absent = [joint for joint in robot.joints if joint not in joints.names]
+        raise InvalidSettingError(
+            "policy.joints are not the controller's joints: "
+            f"unknown: {', '.join(unknown) or 'none'}; missing: {', '.join(absent) or 'none'}; "
+            f"expected, in this order: {', '.join(robot.joints)}"
+        )
+    if joints != robot.roles:
+        raise InvalidSettingError(
+            f"the policy takes {_listed(joints.passive)} for passive and {_listed(joints.turning)} "
+            f"for turning without end; the controller's are {_listed(robot.passive_joints)} and "
+            f"{_listed(robot.turning_joints)} (policy.passive_joints, policy.turning_joints)"
+        )
+    excess = np.flatnonzero(policy.control_limit > robot.control_limit * (1.0 + _ROUNDING))
+    if excess.size:
+        joint = int(excess[0])
+        raise InvalidSettingError(
+            f"policy.velocity_limit of joint {joints.commanded[joint]} is "
+            f"{policy.control_limit[joint]:g}; expected at most the robot's limit "
+            f"{robot.control_limit[joint]:g}"
+        )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names) or "no joint"
+
+
+def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -> None:
+    """Check that the robot may stand at a start position (J,) [rad]; empty means none is set.
+
+    Raises:
+        InvalidSettingError: wrong length, or a joint within `margin` [rad] of its limits.
+    """
+    if not start:
+        return
+    if len(start) != len(robot.joints):
+        raise InvalidSettingError(
+            f"start_position has {len(start)} values for {len(robot.joints)} joints"
+        )
+    limits = zip(robot.joints, start, robot.position_lower, robot.position_upper, strict=True)
+    for joint, position, lower, upper in limits:
+        if not lower + margin <= position <= upper - margin:
+            raise InvalidSettingError(
+                f"start_position of joint {joint} is {position:g} rad; expected it at least "
+                f"position_margin = {margin:g} rad inside its limits [{lower:g}, {upper:g}] rad"
+            )

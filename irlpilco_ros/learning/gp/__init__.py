@@ -1,0 +1,1 @@
+"""Gaussian-process models of the dynamics: kernel, evidence, training, posterior."""

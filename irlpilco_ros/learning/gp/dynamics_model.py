@@ -1,0 +1,143 @@
+"""The learned dynamics: one GP per state dimension on the change of the state (2.17)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.posterior import Posterior, condition
+from irlpilco_ros.learning.gp.sparse import condition_sparse, spread_points
+from irlpilco_ros.learning.moments.gaussian import Moments, Pullback
+from irlpilco_ros.learning.moments.moment_matching import Method, match_moments
+from irlpilco_ros.learning.numerics.arrays import Array
+
+MAX_EXACT_POINTS = 300
+"""Points beyond which the model becomes sparse: about the thesis's 15 trials and some more."""
+
+_LARGEST = 1e50  # squares of products of this still are numbers
+
+
+@dataclass(frozen=True)
+class DynamicsModel:
+    """A GP model of the change of the state, given state and control.
+
+    Attributes:
+        inputs: Training inputs [state, control], of shape (n, P).
+        targets: Training targets, the changes of the state, of shape (n, E).
+        hyperparameters: Of the kernel, per output.
+        prior_mean: A of the prior mean A x, of shape (E, P); zero for a zero mean.
+        posterior: The GPs of what the prior mean leaves over, conditioned on the data.
+        notes: What had to be done to make the numbers sound, in words; empty if nothing.
+        threads: How many threads a prediction may use; has no influence on the result.
+    """
+
+    inputs: Array
+    targets: Array
+    hyperparameters: Hyperparameters
+    prior_mean: Array
+    posterior: Posterior
+    notes: tuple[str, ...] = ()
+    threads: int = 1
+
+    @staticmethod
+    def condition(
+        inputs: Array,
+        targets: Array,
+        hyperparameters: Hyperparameters,
+        prior_mean: Array | None = None,
+        threads: int = 1,
+        max_exact_points: int = MAX_EXACT_POINTS,
+    ) -> DynamicsModel:
+        """Return the model for given hyperparameters: no search, one factorisation per output.
+
+        Args:
+            inputs: Of shape (n, P).
+            targets: Of shape (n, E).
+            hyperparameters: Of E outputs and P inputs.
+            prior_mean: A, of shape (E, P); None for a zero mean.
+            threads: How many threads may work, now and in predictions.
+            max_exact_points: With more points than this the model is sparse (FITC), with this
+                many inducing points chosen to cover the data, so that the cost of a prediction
+                stops growing.
+
+        Raises:
+            InvalidSettingError: if shapes disagree or the data are not finite.
+            NumericalError: if a kernel matrix is not positive definite whatever the jitter.
+        """
+        shape = hyperparameters.log_lengthscales.shape
+        prior = np.zeros(shape) if prior_mean is None else prior_mean
+        check_data(inputs, targets, prior)
+        residuals = targets - inputs @ prior.T
+        notes: tuple[str, ...] = ()
+        if len(inputs) <= max_exact_points:
+            posterior = condition(inputs, residuals, hyperparameters, threads)
+        else:
+            inducing = inputs[spread_points(inputs, max_exact_points)]
+            posterior = condition_sparse(
+                inputs, residuals, hyperparameters, inducing[None], threads=threads
+            )
+            notes = (f"sparse model: {len(inducing)} inducing points for {len(inputs)} points",)
+        return DynamicsModel(
+            inputs,
+            targets,
+            hyperparameters,
+            prior,
+            posterior,
+            notes + posterior.notes,
+            threads,
+        )
+
+    def predict(
+        self,
+        mean: Array,
+        covariance: Array,
+        method: Method = "first_order",
+        gradient: bool = True,
+    ) -> tuple[Moments, Pullback | None]:
+        """Predict the change of the state for a Gaussian input N(mean, covariance).
+
+        The covariance is the latent function's: no observation noise is added.
+
+        Args:
+            mean: Of state and control, of shape (P,).
+            covariance: Of shape (P, P), positive semi-definite (it may be zero).
+            method: How covariances between different outputs are found: "exact"
+                (E (E - 1) / 2 more n x n blocks) or "first_order" (V_a' S V_b).
+            gradient: False saves the work for the pullback, which is None then.
+
+        Returns:
+            Moments with mean (E,), covariance (E, E), jacobian (E, P), and their pullback.
+
+        Raises:
+            NumericalError: if the input is not finite or its covariance is indefinite.
+        """
+        return match_moments(
+            self.posterior, self.prior_mean, mean, covariance, method, gradient, self.threads
+        )
+
+
+def check_data(inputs: Array, targets: Array, prior_mean: Array) -> None:
+    """Refuse training data that no model can be made of.
+
+    Raises:
+        InvalidSettingError: says which array has which shape, or where it is not finite.
+    """
+    if inputs.ndim != 2 or targets.ndim != 2 or len(inputs) != len(targets) or not len(inputs):
+        raise InvalidSettingError(
+            f"training inputs have shape {inputs.shape} and targets {targets.shape}; "
+            "expected (n, P) and (n, E) with the same n of at least 1"
+        )
+    expected = (targets.shape[1], inputs.shape[1])
+    if prior_mean.shape != expected:
+        raise InvalidSettingError(f"prior_mean has shape {prior_mean.shape}; expected {expected}")
+    for name, array in (("inputs", inputs), ("targets", targets)):
+        wrong = ~(np.abs(array) <= _LARGEST)
+        if np.any(wrong):
+            row, column = np.argwhere(wrong)[0]
+            raise InvalidSettingError(
+                f"training {name} hold {array[row, column]} in row {row}, column {column}; "
+                f"expected finite numbers up to {_LARGEST:g}: drop that sample"
+            )

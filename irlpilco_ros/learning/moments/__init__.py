@@ -1,0 +1,1 @@
+"""Moments of functions of Gaussians: the steps of a predicted trajectory."""

@@ -1,0 +1,246 @@
+"""Exact mean products of two different GP outputs a, b at a Gaussian input.
+
+With D = Lambda^-1 of each output, L = D_a + D_b, K = (S + L^-1)^-1 and T = L^-1 - L^-1 K L^-1
+(which is (S^-1 + L)^-1, also for a singular S):
+
+    e_ai = log s_a^2 - 1/4 log|I + S L| - 1/2 z_i'D_a z_i + 1/2 z_i'D_a T D_a z_i
+    Q_ij = beta_ai beta_bj exp(e_ai + e_bj + z_i'D_a T D_b z_j)      r = Q1      c = Q'1
+    E[f_a f_b] = sum Q
+    d/dm = K L^-1 (D_a Z'r + D_b Z'c)
+    d/dS = 1/2 K L^-1 [sum_ij Q_ij z_ij z_ij'] L^-1 K - 1/2 (sum Q) K
+                                                                with z_ij = D_a z_i + D_b z_j
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from irlpilco_ros.learning.gp.posterior import Posterior
+from irlpilco_ros.learning.moments.displacements import Displacements, pack, unpack
+from irlpilco_ros.learning.moments.output_moments import SMALLEST_EXPONENT, cached_parts
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.numerics.linear_algebra import diagonals, regularised_inverse
+from irlpilco_ros.learning.numerics.threads import run_parallel, scratch
+
+_BLOCK_ELEMENTS = 2_000_000  # most n x n values of the pairs that are worked on together
+
+
+@dataclass(frozen=True)
+class PairMoments:
+    """Mean products of all pairs of outputs, and their derivatives.
+
+    Attributes:
+        products: E[f_a f_b], of shape (E, E), symmetric, with a zero diagonal.
+        first: Index a of each pair, of shape (p,).
+        second: Index b of each pair, of shape (p,).
+        by_mean: Derivative by m of each pair's, of shape (p, P); empty without gradient.
+        by_covariance: Derivative by S of each pair's, of shape (p, P, P), of which the symmetric
+            part counts; empty likewise.
+    """
+
+    products: Array
+    first: NDArray[np.intp]
+    second: NDArray[np.intp]
+    by_mean: Array
+    by_covariance: Array
+
+    def pullback(self, products_bar: Array) -> tuple[Array, Array]:
+        """Pull a symmetric derivative by the products back to m (P,) and S (P, P).
+
+        Of the latter the symmetric part counts.
+        """
+        bars = 2.0 * products_bar[self.first, self.second]
+        return bars @ self.by_mean, np.tensordot(bars, self.by_covariance, axes=1)
+
+
+@dataclass(frozen=True)
+class _Block:
+    """What a block of pairs is made of.
+
+    Attributes:
+        a: Index of the first output, of shape (b,).
+        b: Index of the second.
+        d_a: Diagonal of D_a, of shape (b, P).
+        d_b: Diagonal of D_b.
+        dd_a: What packed matrices M are multiplied by for D_a M D_a, of shape (b, P (P + 1) / 2).
+        dd_b: The same for D_b.
+        z_a: Displacements of the points that support a.
+        z_b: Those that support b.
+    """
+
+    a: NDArray[np.intp]
+    b: NDArray[np.intp]
+    d_a: Array
+    d_b: Array
+    dd_a: Array
+    dd_b: Array
+    z_a: Displacements
+    z_b: Displacements
+
+
+def all_pairs(
+    posterior: Posterior,
+    displacements: Displacements,
+    covariance: Array,
+    gradient: bool,
+    threads: int,
+) -> PairMoments:
+    """Return the exact mean products of all pairs of outputs, with their derivatives if wanted.
+
+    Args:
+        posterior: Of E outputs.
+        displacements: Of the supporting points from the input's mean.
+        covariance: Covariance of the input, of shape (P, P).
+        gradient: False leaves the derivatives empty.
+        threads: How many threads may work.
+    """
+    first, second = np.triu_indices(posterior.outputs, k=1)
+    d = 1.0 / posterior.lengthscales_squared
+    dd = pack(d[:, :, None] * d[:, None, :])
+    size = len(covariance) if gradient else 0
+    values = np.zeros(len(first))
+    by_mean = np.empty((len(first), size))
+    by_covariance = np.empty((len(first), size, size))
+
+    def one_block(part: slice) -> None:
+        a, b = first[part], second[part]
+        block = _Block(
+            a, b, d[a], d[b], dd[a], dd[b], displacements.select(a), displacements.select(b)
+        )
+        values[part] = _mean_products(
+            posterior, covariance, block, by_mean[part], by_covariance[part], gradient
+        )
+
+    sharers = len(posterior.groups)  # as many blocks for each
+    elements = len(first) * posterior.weights.shape[1] ** 2
+    blocks = sharers * max(1, math.ceil(elements / (sharers * _BLOCK_ELEMENTS)))
+    edges = np.linspace(0, len(first), blocks + 1).astype(int)
+    parts = [slice(start, stop) for start, stop in itertools.pairwise(edges) if start < stop]
+    run_parallel(one_block, parts, threads)
+    result = np.zeros((posterior.outputs, posterior.outputs))
+    result[first, second] = values
+    result[second, first] = values
+    return PairMoments(result, first, second, by_mean, by_covariance)
+
+
+def _mean_products(
+    posterior: Posterior,
+    covariance: Array,
+    block: _Block,
+    by_mean: Array,
+    by_covariance: Array,
+    gradient: bool,
+) -> Array:
+    """Return the mean products of a block of pairs (b,), and fill in their derivatives."""
+    inverse = 1.0 / (block.d_a + block.d_b)
+    k, log_determinant = regularised_inverse(covariance, inverse)
+    left, right, clip = _exponent_factors(posterior, block, inverse, k, log_determinant)
+    rows, products = _products(posterior, block, left, right, clip, gradient)
+    total: Array = rows.sum(axis=1)
+    if gradient:
+        moment, first = _moments(block, rows, products)
+        turn = k * inverse[:, None, :]
+        by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
+        # The second is the transpose of turn, K being symmetric, in memory as BLAS likes it.
+        np.matmul(turn @ moment, inverse[:, :, None] * k, out=by_covariance)
+        by_covariance -= total[:, None, None] * k
+        by_covariance *= 0.5
+    return total
+
+
+def _products(
+    posterior: Posterior,
+    block: _Block,
+    left: Array,
+    right: Array,
+    clip: bool,
+    gradient: bool,
+) -> tuple[Array, Array]:
+    """Return r (b, n) and, with gradient, Z'Q with c in the last row (b, P + 1, n).
+
+    Q is made and used for a few pairs at a time, and strip by strip of its columns, so that it
+    stays in the cache.
+    """
+    weights_a, weights_b = posterior.weights[block.a], posterior.weights[block.b]
+    count, height, n = left.shape
+    rows = np.zeros((count, n))
+    products = scratch("products", (count, height - 1, n))
+    weighted = block.z_a.z * weights_a[:, None, :] if gradient else products
+    for part, strip in itertools.product(cached_parts(count, n), posterior.strips):
+        columns = slice(*strip)
+        turned = np.swapaxes(left[part], 1, 2)
+        pairs = scratch("pairs", (len(turned), n, columns.stop - columns.start))
+        np.matmul(turned, right[part, :, columns], out=pairs)
+        if clip:
+            np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
+        np.exp(pairs, out=pairs)
+        rows[part] += (pairs @ weights_b[part, columns, None])[:, :, 0]
+        if gradient:
+            np.matmul(weighted[part], pairs, out=products[part, :, columns])
+    rows *= weights_a
+    if gradient:
+        products *= weights_b[:, None, :]
+    return rows, products
+
+
+def _exponent_factors(
+    posterior: Posterior, block: _Block, inverse: Array, k: Array, log_determinant: Array
+) -> tuple[Array, Array, bool]:
+    """Return [D_b T D_a Z'; e_a; 1] and [Z'; 1; e_b]: z_i'D_a T D_b z_j + e_ai + e_bj.
+
+    The third value says whether an exponent may lie below the smallest; T >= 0 bounds them.
+    """
+    t = -inverse[:, :, None] * k * inverse[:, None, :]
+    count, size = inverse.shape
+    diagonals(t)[...] += inverse
+    packed = pack(t)
+    factors = []
+    lowest = 0.0
+    for outputs, d, dd, z in (
+        (block.a, block.d_a, block.dd_a, block.z_a),
+        (block.b, block.d_b, block.dd_b, block.z_b),
+    ):
+        distances = z.scaled_distances(d)
+        exponents = z.packed_forms(packed * dd) - distances
+        exponents *= 0.5
+        offsets = np.log(posterior.signal_variance[outputs]) - 0.25 * log_determinant
+        exponents += offsets[:, None]
+        factors.append(exponents)
+        lowest += offsets.min() - 0.5 * distances.max()
+    n = factors[0].shape[1]
+    left, right = scratch("left", (count, size + 2, n)), scratch("right", (count, size + 2, n))
+    np.matmul(
+        block.d_b[:, :, None] * t * block.d_a[:, None, :], block.z_a.z[:, :size], out=left[:, :size]
+    )
+    left[:, size], left[:, size + 1] = factors[0], 1.0
+    right[:, : size + 1], right[:, size + 1] = block.z_b.z, factors[1]
+    return left, right, bool(lowest < SMALLEST_EXPONENT)
+
+
+def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]:
+    """Return sum_ij Q_ij z_ij z_ij' (b, P, P) and D_a Z'r + D_b Z'c (b, P).
+
+    The former up to its symmetric part, which is all that counts: it has twice Z'D_a Q D_b Z where
+    that and its transpose belong.
+
+    Args:
+        block: The pairs.
+        rows: r, of shape (b, n).
+        products: Z'Q with c in the last row, of shape (b, P + 1, n).
+    """
+    size = block.d_a.shape[1]
+    columns = np.ascontiguousarray(products[:, size])
+    moment = products[:, :size] @ block.z_b.rows
+    moment *= 2.0 * block.d_a[:, :, None]
+    moment *= block.d_b[:, None, :]
+    packed = block.dd_a * block.z_a.packed_moments(rows)
+    packed += block.dd_b * block.z_b.packed_moments(columns)
+    moment += unpack(packed, size)
+    first = block.d_a * block.z_a.first_moments(rows)
+    first += block.d_b * block.z_b.first_moments(columns)
+    return moment, first

@@ -1,0 +1,121 @@
+"""What the robot must have been told for the demonstration, if the dynamics model is right.
+
+Controls follow from the model's inverse, step by step; how to come back to the demonstration
+follows from the model's slopes along it, by the linear-quadratic regulator. A policy fitted to both
+is a start for policy search that is near a good optimum as soon as the model knows the way. The
+commands of whoever demonstrated are not used, only the states.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies.initial_policy import fit_policy, policy_limit
+from irlpilco_ros.learning.prediction.model_input import extended_state
+from irlpilco_ros.learning.task import Task
+
+_STEPS = 8  # of Gauss-Newton; controls enter most dynamics almost linearly
+_DAMPING = 1e-3  # relative: keeps a control that the model knows no effect of near zero
+_NEIGHBOURS = 12  # states around each of the demonstration's that the policy is fitted at
+_SPREAD = 0.1  # of them, relative to how far each state moves in the demonstration
+_ROOT_PRICE = 3.0  # of a control at its limit, where a state as far off as it ever moves costs 1
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """A dynamics model along the demonstration, H steps.
+
+    Attributes:
+        controls: What makes the model go the demonstration's way, shape (H, F).
+        by_state: d x[t+1] / d x[t], shape (H, D, D).
+        by_control: d x[t+1] / d u[t], shape (H, D, F).
+    """
+
+    controls: Array
+    by_state: Array
+    by_control: Array
+
+
+def inverse_policy(task: Task, settings: LearningSettings, model: DynamicsModel) -> Policy:
+    """Return the policy that goes the demonstration's way and comes back to it."""
+    limit = policy_limit(task, settings)
+    slopes = slopes_along(task, model, limit)
+    states = task.reference_states()[:-1]
+    size = np.maximum(states.std(axis=0), 1e-3)
+    gains = regulator(slopes, size, limit)
+    rng = np.random.default_rng(settings.seed)
+    deviations = _SPREAD * size * rng.standard_normal((_NEIGHBOURS, *states.shape))
+    deviations[0] = 0.0
+    controls = slopes.controls - np.einsum("tfd,ntd->ntf", gains, deviations)
+    shape = (-1, states.shape[1])
+    return fit_policy(
+        task,
+        settings,
+        np.tile(np.arange(len(states)), _NEIGHBOURS),
+        (states + deviations).reshape(shape),
+        np.clip(controls, -limit, limit).reshape(-1, len(limit)),
+    )
+
+
+def slopes_along(task: Task, model: DynamicsModel, limit: Array) -> Slopes:
+    """Return the controls whose predicted steps come nearest to the demonstration's, and slopes.
+
+    Minimises, at every step t, the squared distance between the predicted and the demonstrated
+    change of the state, each state measured by how much it changes over the demonstration, with
+    the model's Jacobian by the control.
+
+    Args:
+        task: Its demonstration x[0..H].
+        model: The dynamics model.
+        limit: Largest absolute value of each control, shape (F,).
+    """
+    states, layout = task.reference_states(), task.state_layout
+    targets = layout.targets(states)
+    scale = np.maximum(targets.std(axis=0), 1e-9)
+    known = list(layout.dynamics_inputs or ())
+    certain = np.zeros((len(known) + len(limit),) * 2)
+    controls, by_state, by_control = [], [], []
+    for state, target in zip(states[:-1], targets, strict=True):
+        certainly = Gaussian(state, np.zeros((len(state),) * 2))
+        extended, _ = extended_state(certainly, layout)
+        control = np.zeros(len(limit))
+        for _ in range(_STEPS):
+            seen = np.concatenate([extended.mean[known], control])
+            moments, _ = model.predict(seen, certain, gradient=False)
+            slope = moments.jacobian[:, len(known) :] / scale[:, None] * limit
+            missing = (target - moments.mean) / scale
+            curvature = slope.T @ slope
+            curvature += _DAMPING * (np.trace(curvature) + 1e-9) * np.eye(len(limit))
+            step = limit * np.linalg.solve(curvature, slope.T @ missing)
+            control = np.clip(control + step, -limit, limit)
+        controls.append(control)
+        inner = moments.jacobian[:, : len(known)] @ extended.jacobian[known]
+        by_state.append(np.diag(layout.difference_mask) + inner)
+        by_control.append(moments.jacobian[:, len(known) :])
+    return Slopes(np.stack(controls), np.stack(by_state), np.stack(by_control))
+
+
+def regulator(slopes: Slopes, size: Array, limit: Array) -> Array:
+    """Return gains K[t] of u[t] - K[t] (x - x_E[t]), shape (H, F, D), by the Riccati recursion.
+
+    Args:
+        slopes: Along the demonstration.
+        size: How far each state moves, which its deviations are measured by, shape (D,).
+        limit: What controls are measured by, shape (F,).
+    """
+    state_price = np.diag(1.0 / size**2)
+    control_price = _ROOT_PRICE**2 * np.diag(1.0 / limit**2)
+    value, gains = state_price, []
+    for A, B in zip(slopes.by_state[::-1], slopes.by_control[::-1], strict=True):
+        gain = np.linalg.solve(control_price + B.T @ value @ B, B.T @ value @ A)
+        closed = A - B @ gain
+        value = state_price + closed.T @ value @ closed + gain.T @ control_price @ gain
+        gains.append(gain)
+    return np.stack(gains[::-1])

@@ -1,0 +1,235 @@
+"""The predicted trajectory of a policy in a dynamics model, and its gradient.
+
+Forward: N(m, S) of the state -> policy -> joint Gaussian of the model's input -> increment ->
+next state (thesis section 4; Deisenroth & Rasmussen 2011). Each building block returns its own
+pullback, so that the gradient is one reverse sweep over the same steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, Pullback
+from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.numerics.arrays import Array, symmetric
+from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.prediction.model_input import ModelInput, model_input
+from irlpilco_ros.learning.prediction.state_layout import StateLayout
+
+
+class Dynamics(Protocol):
+    """A dynamics model as far as prediction needs it."""
+
+    def predict(
+        self, mean: Array, covariance: Array, method: Method = ..., gradient: bool = ...
+    ) -> tuple[Moments, Pullback | None]:
+        """Return the moments of the prediction at a Gaussian input, and their pullback."""
+
+
+StepPullback = Callable[[Array, Array], tuple[Array, Array, Array]]
+"""(next mean_bar (D,), next covariance_bar (D, D)) ->
+(mean_bar (D,), covariance_bar (D, D), parameters_bar (p,))."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a predicted trajectory.
+
+    Attributes:
+        state: The next state.
+        input: State and control together, as the model saw them.
+        jacobian: Expected Jacobian of the prediction by the model's input, shape (D, P).
+        pullback: From the next state's adjoints to this state's and the parameters'.
+    """
+
+    state: Gaussian
+    input: ModelInput
+    jacobian: Array
+    pullback: StepPullback
+
+
+@dataclass(frozen=True)
+class PredictedTrajectory:
+    """What a policy is expected to do.
+
+    Attributes:
+        means: m[0..H], shape (H + 1, D).
+        covariances: S[0..H], shape (H + 1, D, D).
+        steps: The steps with their pullbacks, which work if a gradient was asked for.
+        layout: What model and policy saw of the state.
+    """
+
+    means: Array
+    covariances: Array
+    steps: tuple[Step, ...]
+    layout: StateLayout
+
+    def gradient(self, means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
+        """Return the gradient of an objective by the policy's parameters, in a reverse sweep.
+
+        Args:
+            means_bar: Derivative by `means`, shape (H + 1, D).
+            covariances_bar: Derivative by `covariances`, symmetric, shape (H + 1, D, D).
+
+        Returns:
+            The gradient (p,), and for each step the derivative by the covariance after it, what
+            follows from it included, shape (H, D, D).
+        """
+        mean_bar, covariance_bar = means_bar[-1], covariances_bar[-1]
+        gradients, after = [], []
+        for t in range(len(self.steps) - 1, -1, -1):
+            after.append(covariance_bar)
+            mean_bar, covariance_bar, own = self.steps[t].pullback(mean_bar, covariance_bar)
+            gradients.append(own)
+            mean_bar = mean_bar + means_bar[t]
+            covariance_bar = covariance_bar + covariances_bar[t]
+        return np.sum(gradients, axis=0), np.stack(after[::-1])
+
+    def mean_sensitivities(self) -> Array:
+        """Return d m[t] / d theta along the expected Jacobians, shape (H + 1, D, p).
+
+        With V = E df/d(x, u) and K = E du/dx:
+        d m[t+1] / d theta = (I + V_x + V_u K) d m[t] / d theta + V_u d mu_u / d theta.
+        The influence of the parameters on the means by way of the covariances is left out.
+        """
+        mask = np.diag(self.layout.difference_mask)
+        known = len(self.layout.dynamics_view(self.means[0]))
+        sensitivities: list[Array] = []
+        for step in self.steps:
+            by_control = step.jacobian[:, known:]
+            following = by_control @ step.input.control_sensitivity()
+            if sensitivities:
+                by_state = mask + step.jacobian @ step.input.state_jacobian
+                following += by_state @ sensitivities[-1]
+            sensitivities.append(following)
+        return np.stack([np.zeros_like(sensitivities[0]), *sensitivities])
+
+    def spread_curvature(self, covariances_after_bar: Array) -> Array | None:
+        """Return the curvature of the spread's cost by the policy's parameters, shape (p, p).
+
+        A gain K changes the spread by (I + V_x + V_u K) S (I + V_x + V_u K)', a quadratic whose
+        curvature is weighed by what the spread costs from there on, as in LQR. None if the
+        policy does not know it.
+
+        Args:
+            covariances_after_bar: Of each step, as `gradient` returns them, shape (H, D, D).
+        """
+        known = len(self.layout.dynamics_view(self.means[0]))
+        total: Array | None = None
+        for step, price in zip(self.steps, covariances_after_bar, strict=True):
+            by_control = step.jacobian[:, known:]
+            values, vectors = np.linalg.eigh(by_control.T @ price @ by_control)
+            control_price = (vectors * np.maximum(values, 0.0)) @ vectors.T
+            own = step.input.spread_curvature(control_price)
+            if own is None:
+                return None
+            total = own if total is None else total + own
+        return total
+
+    def change_metric(self, spread: float) -> Array | None:
+        """Return G (p, p): d'G d is what a change d of the parameters does to all controls.
+
+        The square of the change before squashing, expected over the predicted states, each spread
+        by a standard deviation more, and summed over the steps. None if the policy does not know.
+
+        Args:
+            spread: Standard deviation added to every state.
+        """
+        total: Array | None = None
+        for step in self.steps:
+            own = step.input.change_metric(spread)
+            if own is None:
+                return None
+            total = own if total is None else total + own
+        return total
+
+
+def predict_trajectory(
+    model: Dynamics,
+    policy: Policy,
+    start: Gaussian,
+    horizon: int,
+    layout: StateLayout,
+    covariance: Method = "first_order",
+    gradient: bool = True,
+) -> PredictedTrajectory:
+    """Return the states that a policy is expected to go through.
+
+    Args:
+        model: Predicts increments (or next values, see `layout.differences`).
+        policy: What acts.
+        start: The state at the start of a trial.
+        horizon: Number of steps H.
+        layout: What model and policy see of the state.
+        covariance: "first_order" or "exact", between the outputs of the model.
+        gradient: Whether the gradient will be asked for.
+
+    Raises:
+        NumericalError: if a predicted state is not finite.
+    """
+    state, steps = start, []
+    for t in range(horizon):
+        step = predict_step(model, policy, state, t, layout, covariance, gradient)
+        state = step.state
+        if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
+            raise NumericalError(
+                f"the predicted state at step {t + 1} of {horizon} is not finite; the dynamics "
+                "model or the policy is beyond what can be represented"
+            )
+        steps.append(step)
+    states = [start, *(step.state for step in steps)]
+    return PredictedTrajectory(
+        np.stack([state.mean for state in states]),
+        np.stack([state.covariance for state in states]),
+        tuple(steps),
+        layout,
+    )
+
+
+def predict_step(
+    model: Dynamics,
+    policy: Policy,
+    state: Gaussian,
+    t: int,
+    layout: StateLayout,
+    covariance: Method = "first_order",
+    gradient: bool = True,
+) -> Step:
+    """Return the state after step t, given the state before it.
+
+    The increment f is correlated with the state x through the model's input: with V the expected
+    Jacobian of f, cov(x, f) = cov(x, input) V', and S[t+1] = S + cov f + cov(x, f) + cov(f, x).
+    """
+    mask = layout.difference_mask
+    both = np.outer(mask, mask)
+    seen, pull_input = model_input(policy, state, t, layout, gradient)
+    change, pull_model = model.predict(
+        seen.mean, seen.covariance, method=covariance, gradient=gradient
+    )
+    with_change = mask[:, None] * (seen.with_state @ change.jacobian.T)
+    following = Gaussian(
+        mask * state.mean + change.mean,
+        symmetric(both * state.covariance + change.covariance + with_change + with_change.T),
+    )
+
+    def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array, Array]:
+        assert pull_model is not None
+        with_change_bar = 2.0 * mask[:, None] * covariance_bar
+        input_bar, input_covariance_bar = pull_model(
+            mean_bar, covariance_bar, with_change_bar.T @ seen.with_state
+        )
+        state_bar, state_covariance_bar, parameters_bar = pull_input(
+            input_bar, input_covariance_bar, with_change_bar @ change.jacobian
+        )
+        return (
+            state_bar + mask * mean_bar,
+            state_covariance_bar + both * covariance_bar,
+            parameters_bar,
+        )
+
+    return Step(following, seen, change.jacobian, pullback)

@@ -1,0 +1,60 @@
+"""Small conversions between ROS messages and plain Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from builtin_interfaces.msg import Time
+from sensor_msgs.msg import JointState
+
+from irlpilco_ros.control.joint_state_tracker import Sample
+
+
+def nanoseconds(stamp: Time) -> int:
+    """Return a message's stamp as whole nanoseconds, exact, so that stamps can be compared."""
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def time_message(stamp: int) -> Time:
+    """Return the stamp [ns] as a message."""
+    seconds, rest = divmod(stamp, 1_000_000_000)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def sample(message: JointState) -> Sample:
+    """Return the plain form of a joint state."""
+    return Sample(
+        stamp=nanoseconds(message.header.stamp),
+        names=tuple(message.name),
+        positions=tuple(message.position),
+        velocities=tuple(message.velocity),
+    )
+
+
+def joint_command(
+    stamp: int, names: Sequence[str], values: Iterable[float], interface: str = "velocity"
+) -> JointState:
+    """Return a joint_command.
+
+    Args:
+        stamp: Stamp of the joint state on which the command was decided [ns].
+        names: Joints.
+        values: One velocity [rad/s] or effort [Nm] per joint.
+        interface: "velocity" or "effort".
+    """
+    message = JointState(name=list(names))
+    message.header.stamp = time_message(stamp)
+    numbers = [float(value) for value in values]
+    if interface == "effort":
+        message.effort = numbers
+    else:
+        message.velocity = numbers
+    return message
+
+
+def command_values(message: JointState, joints: Sequence[str]) -> tuple[float, ...]:
+    """Return the command (velocity, else effort) of each joint, NaN where it names none."""
+    values = message.velocity if len(message.velocity) else message.effort
+    by_name = dict(zip(message.name, values, strict=False))
+    return tuple(float(by_name.get(joint, math.nan)) for joint in joints)

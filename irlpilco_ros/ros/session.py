@@ -1,0 +1,124 @@
+"""The command line as a ROS node: short-lived, calls services, and watches the learner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Sequence
+from types import TracebackType
+from typing import Any, TypeVar
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.time import Time
+
+from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.learner_progress import LearnerProgress
+from irlpilco_ros.ros.qos import DIAGNOSTICS
+
+Result = TypeVar("Result")
+
+POLL = 0.1
+"""How often something that takes long is looked after [s]."""
+
+FOREVER = 7 * 24 * 3600.0
+"""Timeout of a call that may take as long as it needs while its node is there [s]."""
+
+
+class Session:
+    """A node that lives as long as a `with` statement and waits for one thing at a time.
+
+    Attributes:
+        node: The node.
+        clients: Service calls made as this node.
+        progress: What the learner has last said on `learner/progress` since `run` was called, or
+            None.
+    """
+
+    def __init__(self, name: str, namespace: str = "") -> None:
+        """Start the node.
+
+        Args:
+            name: Name of the node.
+            namespace: Its namespace; the services it calls are in there too.
+        """
+        self._context = rclpy.Context()
+        # Ctrl-C must raise KeyboardInterrupt here as in any other command.
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node(name, namespace=namespace or None, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self.clients = Clients(self.node)
+        self.progress: LearnerProgress | None = None
+        self._since = self.node.get_clock().now()
+        self.node.create_subscription(
+            DiagnosticArray, "learner/progress", self._take_progress, DIAGNOSTICS
+        )
+
+    def run(
+        self, work: Coroutine[Any, Any, Result], on_wait: Callable[[], None] | None = None
+    ) -> Result:
+        """Run a coroutine to its end and return its result.
+
+        Args:
+            work: What to await; it may await rclpy futures only.
+            on_wait: Called ten times a second meanwhile; what it raises ends the waiting.
+        """
+        self.progress, self._since = None, self.node.get_clock().now()
+        task = self._executor.create_task(work)
+        while not task.done():
+            self._executor.spin_once(timeout_sec=POLL)
+            if on_wait is not None:
+                on_wait()
+        result: Result = task.result()
+        return result
+
+    def trigger(
+        self, service: str, timeout: float | None, on_wait: Callable[[], None] | None = None
+    ) -> str:
+        """Call a std_srvs/Trigger and return its message.
+
+        Args:
+            service: Its name.
+            timeout: How long the answer may take [s]; None waits while its node is there.
+            on_wait: As in `run`.
+
+        Raises:
+            ServiceError: it is not there, does not answer, or refuses; the message says why.
+        """
+        limit = FOREVER if timeout is None else timeout
+        return self.run(self.clients.trigger(service, limit), on_wait)
+
+    def wait_for_services(
+        self, names: Sequence[str], timeout: float, on_wait: Callable[[], None] | None = None
+    ) -> None:
+        """Wait until all these std_srvs/Trigger services are there.
+
+        Raises:
+            ServiceError: names the first one that is not there in time [s].
+        """
+        self.run(self._all_there(names, timeout), on_wait)
+
+    async def _all_there(self, names: Sequence[str], timeout: float) -> None:
+        for name in names:
+            await self.clients.wait_for(name, timeout)
+
+    def _take_progress(self, message: DiagnosticArray) -> None:
+        # Between two calls nobody listens, and what is waiting then is about the last one.
+        if Time.from_msg(message.header.stamp) >= self._since:
+            self.progress = LearnerProgress.from_message(message) or self.progress
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End the node."""
+        self._executor.shutdown(timeout_sec=1.0)
+        self.node.destroy_node()
+        self._context.try_shutdown()

@@ -1,0 +1,1 @@
+"""The thesis's first chapter: the swing-up of a cart-pole."""

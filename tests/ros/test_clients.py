@@ -1,0 +1,75 @@
+"""Calls between nodes: from async callbacks, with time limits and readable errors."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+
+from irlpilco_ros.ros.clients import Clients, ServiceError
+
+pytestmark = pytest.mark.dds
+MINIMAL = str(Path(__file__).with_name("minimal_node.py"))
+
+
+@pytest.fixture(scope="module")
+def graph(shared_ros):
+    shared_ros.run([sys.executable, MINIMAL, "--ros-args", "-p", "gain:=2.5"], "minimal.log")
+    shared_ros.wait_for_node("minimal")
+    return shared_ros
+
+
+@pytest.fixture(scope="module")
+def other(graph):
+    graph.run([sys.executable, MINIMAL, "--ros-args", "-r", "__node:=other"], "other.log")
+    graph.wait_for_node("other")
+
+
+def test_a_service_that_is_not_there_is_named(graph):
+    answer = graph.trigger("minimal/ask")
+    assert not answer.success
+    assert "service other/set_parameters_atomically is not there" in answer.message
+
+
+def test_a_callback_sets_parameters_of_another_node_and_calls_it(graph, other):
+    answer = graph.trigger("minimal/ask")
+    assert answer.success, answer.message
+    assert "gain=2.5" in answer.message
+
+
+def test_an_answer_that_does_not_come_in_time_is_an_error_and_the_node_stays_responsive(graph):
+    assert graph.trigger("minimal/settings").success  # from here on the service is known
+    waiting = graph.trigger_async("minimal/wait")
+    began = time.monotonic()
+    assert graph.trigger("minimal/settings").success
+    assert not waiting.done()
+    graph.wait_for(waiting.done, "the answer")
+    assert time.monotonic() - began < 0.9
+    assert "minimal/dawdle did not answer within 0.3 s" in waiting.result().message
+
+
+@pytest.fixture
+def caller(graph):
+    """A client node that nobody else spins, as in the command line."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=graph.domain)
+    node = rclpy.create_node("caller", context=context)
+    yield Clients(node)
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def test_blocking_calls_give_the_message_or_the_reason(caller, other):
+    caller.set_parameters_blocking("other", {"gain": 3.5, "limits": (1.0, 2.0)})
+    message = caller.trigger_blocking("other/settings", 5.0)
+    assert "gain=3.5" in message
+    assert "limits=(1.0, 2.0)" in message
+    with pytest.raises(ServiceError, match=r"other refused the parameters: .*valid values"):
+        caller.set_parameters_blocking("other", {"mode": "loud"})
+    with pytest.raises(ServiceError, match=r"other/dawdle did not answer within 0\.2 s"):
+        caller.trigger_blocking("other/dawdle", 0.2)
+    with pytest.raises(ServiceError, match="nobody/there is not there"):
+        caller.trigger_blocking("nobody/there", 1.0, wait=0.2)
