@@ -89,11 +89,11 @@ def main() -> None:
     for joints, points, spread, sampled in MODELS:
         model = train(*sweep_data(joints, points), threads=THREADS, max_evaluations=60)
         found = {}
-        for method in ("first_order", "exact"):
-            objective, policy = arm_objective(model, method, spread=spread)
+        for approximation in ("first_order", "exact"):
+            objective, policy = arm_objective(model, approximation, spread=spread)
             trajectory = objective.evaluate(policy, gradient=False).trajectory
             variances = np.diagonal(trajectory.covariances, axis1=1, axis2=2)
-            found[method] = trajectory.means, variances
+            found[approximation] = trajectory.means, variances
         pairs = [("first_order", "exact")]
         if sampled:
             found["samples"] = monte_carlo(objective, policy)

@@ -31,7 +31,7 @@ from benchmarks.timing import conditions, in_turns, peak_megabytes, ratio
 from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.gp.trial_data import train_on_trials
-from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
@@ -43,7 +43,7 @@ class Case:
 
     Attributes:
         name: What it is.
-        method: Covariances between outputs.
+        approximation: Covariances between outputs.
         n: Points.
         rounds: How often to measure.
         bar: Largest ratio to the floor; infinite where none is set.
@@ -51,7 +51,7 @@ class Case:
     """
 
     name: str
-    method: Method
+    approximation: CovarianceApproximation
     n: int
     rounds: int
     bar: float
@@ -60,13 +60,13 @@ class Case:
     def problem(self, threads: int) -> tuple[Objective, Policy]:
         """Return the objective and the policy to evaluate."""
         if self.name == "Baxter":
-            return arm_objective(arm_model(JOINTS, self.n, threads), self.method)
-        return cart_pole_objective(self.n, self.method, threads)
+            return arm_objective(arm_model(JOINTS, self.n, threads), self.approximation)
+        return cart_pole_objective(self.n, self.approximation, threads)
 
     def floor(self, threads: int) -> Floor:
         """Return the arithmetic that it cannot do without."""
         outputs, size, steps = (28, 42, HORIZON) if self.name == "Baxter" else (4, 6, 25)
-        return Floor(outputs, size, self.n, steps, self.method == "exact", threads)
+        return Floor(outputs, size, self.n, steps, self.approximation == "exact", threads)
 
 
 CASES = (
@@ -102,7 +102,7 @@ def print_objectives() -> None:
         typical = {name: float(np.median(times)) for name, times in seconds.items()}
         memory = peak_megabytes(lambda o=one, p=policy: o.value_and_gradient(p))
         print(
-            f"{case.name:10s}{case.method:13s}{case.n:6d}{typical['one']:8.3f} s"
+            f"{case.name:10s}{case.approximation:13s}{case.n:6d}{typical['one']:8.3f} s"
             f"{typical['floor']:7.3f} s{ratio(seconds, 'one', 'floor'):9.2f}{case.bar:8.1f}"
             f"{typical['value']:6.3f} s{ratio(seconds, 'one', 'value'):9.2f}"
             f"{typical['two']:9.3f} s{case.aim:8.2f}{ratio(seconds, 'one', 'two'):6.2f}"
@@ -120,7 +120,8 @@ def print_side_by_side() -> None:
         spawn = multiprocessing.get_context("spawn")
         processes = _seconds_at_once(case, ProcessPoolExecutor(2, mp_context=spawn), 2)
         print(
-            f"  {case.method} n = {case.n}: in two threads {2.0 * alone / np.mean(threads):.2f}, "
+            f"  {case.approximation} n = {case.n}: "
+            f"in two threads {2.0 * alone / np.mean(threads):.2f}, "
             f"in two processes {2.0 * alone / np.mean(processes):.2f} times as fast",
             flush=True,
         )

@@ -10,7 +10,7 @@ from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import LinearPhasePolicy, Policy, RbfPolicy
 from irlpilco_ros.learning.prediction.objective import Objective
@@ -65,7 +65,10 @@ def arm_model(joints: int, points: int, threads: int = 1) -> DynamicsModel:
 
 
 def arm_objective(
-    model: DynamicsModel, method: Method, horizon: int = HORIZON, spread: float = 0.03
+    model: DynamicsModel,
+    approximation: CovarianceApproximation,
+    horizon: int = HORIZON,
+    spread: float = 0.03,
 ) -> tuple[Objective, LinearPhasePolicy]:
     """Return the feature-matching objective of a sweep (28 states for 14 joints), and a policy."""
     joints = model.targets.shape[1] // 2
@@ -80,10 +83,12 @@ def arm_objective(
         JointPositions(joints), 0.1 * rng.standard_normal((horizon + 1, joints)), np.ones(joints)
     )
     start = Gaussian(np.zeros(2 * joints), spread**2 * np.eye(2 * joints))
-    return Objective(model, start, horizon, StateLayout(2 * joints), cost, method), policy
+    return Objective(model, start, horizon, StateLayout(2 * joints), cost, approximation), policy
 
 
-def cart_pole_objective(points: int, method: Method, threads: int) -> tuple[Objective, Policy]:
+def cart_pole_objective(
+    points: int, approximation: CovarianceApproximation, threads: int
+) -> tuple[Objective, Policy]:
     """Return a saturating objective of cart-pole size: 4 states, 6 inputs, 10 radial bases."""
     rng = np.random.default_rng(3)
     inputs = rng.standard_normal((points, 6))
@@ -99,4 +104,4 @@ def cart_pole_objective(points: int, method: Method, threads: int) -> tuple[Obje
     layout = StateLayout(4, angles=(3,), dynamics_inputs=seen, policy_inputs=seen)
     cost = StateCost(JointPositions(4), np.zeros(4), np.eye(4))
     start = Gaussian(np.zeros(4), 0.01 * np.eye(4))
-    return Objective(model, start, 25, layout, cost, method), policy
+    return Objective(model, start, 25, layout, cost, approximation), policy

@@ -17,7 +17,7 @@ from sim_bridge.pace_settings import PaceSettings
 
 Vector = NDArray[np.float64]
 
-CART_POLE_JOINTS = Joints(("cart", "pole"), passive=("pole",), turning=("pole",))
+CART_POLE_JOINTS = Joints(("cart", "pole"), unactuated=("pole",), continuous=("pole",))
 PERIOD = 10_000_000  # [ns] between two joint states
 COMMAND_TIMEOUT = 200_000_000  # [ns] after which a force ends that was not commanded again
 FORCE_LIMIT = 10.0  # [N]

@@ -103,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
                 done.imitation[method][seed] = runs.run_imitation(
                     out / method / f"seed_{seed:02d}",
                     demonstration,
-                    dataclasses.replace(settings, method=method),
+                    dataclasses.replace(settings, imitation=method),
                     seed,
                     arguments.iterations,
                     display.update,

@@ -93,9 +93,10 @@ def check_policy(robot: RobotSettings, policy: Policy, joints: Joints) -> None:
         )
     if joints != robot.roles:
         raise InvalidSettingError(
-            f"the policy takes {_listed(joints.passive)} for passive and {_listed(joints.turning)} "
-            f"for turning without end; the controller's are {_listed(robot.passive_joints)} and "
-            f"{_listed(robot.turning_joints)} (policy.passive_joints, policy.turning_joints)"
+            f"the policy takes {_listed(joints.unactuated)} for unactuated and "
+            f"{_listed(joints.continuous)} for continuous; the controller's are "
+            f"{_listed(robot.unactuated_joints)} and {_listed(robot.continuous_joints)} "
+            "(policy.unactuated_joints, policy.continuous_joints)"
         )
     excess = np.flatnonzero(policy.control_limit > robot.control_limit * (1.0 + _ROUNDING))
     if excess.size:

@@ -79,10 +79,10 @@ def _content(samples: Trajectory) -> str:
 
 
 def _roles(samples: Trajectory) -> Joints:
-    """Return the joints; those that no command ever named are passive."""
+    """Return the joints; those that no command ever named are unactuated."""
     silent = np.isnan(samples.commands).all(axis=0)
-    passive = () if silent.all() else tuple(np.array(samples.joint_names)[silent].tolist())
-    return Joints(samples.joint_names, passive)
+    unactuated = () if silent.all() else tuple(np.array(samples.joint_names)[silent].tolist())
+    return Joints(samples.joint_names, unactuated)
 
 
 def _joints(samples: Trajectory) -> list[str]:

@@ -33,7 +33,11 @@ _ROW_PER_CONTROL = ("weights", "phase_weights")
 _COLUMN_PER_CONTROL = ("controls", "targets")
 _COLUMN_PER_STATE = ("centres", "log_widths")
 # Names of joints, by the field of `Joints` that holds them.
-_JOINT_LISTS = {"joints": "names", "passive_joints": "passive", "turning_joints": "turning"}
+_JOINT_LISTS = {
+    "joints": "names",
+    "unactuated_joints": "unactuated",
+    "continuous_joints": "continuous",
+}
 
 
 def parameter_types() -> dict[str, type]:

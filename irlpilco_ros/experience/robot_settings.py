@@ -27,10 +27,10 @@ class RobotSettings:
     joints: tuple[str, ...] = setting(
         (), "Names of the joints that are learned, in the order of the state."
     )
-    passive_joints: tuple[str, ...] = setting(
+    unactuated_joints: tuple[str, ...] = setting(
         (), "Those of `joints` that nobody commands, such as a pole that swings freely."
     )
-    turning_joints: tuple[str, ...] = setting(
+    continuous_joints: tuple[str, ...] = setting(
         (),
         "Those of `joints` that turn without end: model, policy and features see the sine and "
         "cosine of their angle.",
@@ -77,7 +77,7 @@ class RobotSettings:
         self._check_lengths()
         if len(set(self.joints)) != len(self.joints):
             raise InvalidSettingError(f"RobotSettings.joints names a joint twice: {self.joints}")
-        Joints(self.joints, self.passive_joints, self.turning_joints)
+        Joints(self.joints, self.unactuated_joints, self.continuous_joints)
         limits = zip(self.joints, self.position_lower, self.position_upper, strict=True)
         for joint, lower, upper in limits:
             if lower >= upper:
@@ -106,7 +106,7 @@ class RobotSettings:
     @property
     def roles(self) -> Joints:
         """The joints, and which of them are commanded or turn without end."""
-        return Joints(self.joints, self.passive_joints, self.turning_joints)
+        return Joints(self.joints, self.unactuated_joints, self.continuous_joints)
 
     @property
     def lower(self) -> NDArray[np.float64]:

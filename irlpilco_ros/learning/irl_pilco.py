@@ -113,7 +113,7 @@ def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> 
     deviations = []
     for trial in trials:
         difference = (task.feature_map.of(trial.states) - reference) / task.scale
-        if settings.method == "feature_expectations":
+        if settings.imitation == "feature_expectations":
             deviations.append((factors @ difference) ** 2)
         else:
             deviations.append(factors @ difference**2)
@@ -136,7 +136,7 @@ def imitation_objective(
         horizon=task.horizon,
         layout=task.state_layout,
         cost=_imitation_cost(task, settings, weights / task.scale**2),
-        covariance="exact" if settings.covariance == "exact" else "first_order",
+        approximation="exact" if settings.covariance_approximation == "exact" else "first_order",
     )
 
 
@@ -149,9 +149,9 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
 
 def _imitation_cost(task: Task, settings: LearningSettings, weights: Array) -> Cost:
     features, reference = task.feature_map, task.reference_features()
-    if settings.method == "feature_matching":
+    if settings.imitation == "feature_matching":
         return _feature_matching(task, settings, weights)
-    if settings.method == "feature_expectations":
+    if settings.imitation == "feature_expectations":
         return FeatureExpectations(features, reference, weights, settings.discount)
     return TrajectoryKl(
         features,
@@ -225,18 +225,18 @@ def _search_policy(
     at policies that make the trajectory as uncertain as it is wrong.
     """
     matching = _feature_matching(task, settings, weights / task.scale**2)
-    if settings.method == "feature_matching" and settings.stages > 1:
+    if settings.imitation == "feature_matching" and settings.horizon_stages > 1:
         staged = StagedSearch(
             objective,
             matching,
             settings.optimiser,
-            settings.stages,
-            settings.race,
+            settings.horizon_stages,
+            settings.screening_evaluations,
             settings.evaluations,
         )
         return staged.search(starts, report.policy)
     objectives = [objective]
-    if settings.method == "trajectory_kl":
+    if settings.imitation == "trajectory_kl":
         objectives.insert(0, dataclasses.replace(objective, cost=matching))
     for number, current in enumerate(objectives):
         report.search(number, len(objectives))
@@ -246,7 +246,7 @@ def _search_policy(
             settings.optimiser,
             settings.evaluations,
             report.policy,
-            settings.race,
+            settings.screening_evaluations,
         )
         starts = [found.policy]
     return found
@@ -280,8 +280,8 @@ class _Reporter:
         self, progress: Callable[[Progress], None] | None, settings: LearningSettings
     ) -> None:
         self._progress = progress
-        tries = len(dict.fromkeys(settings.starts)) + settings.stages - 2
-        self._evaluations = settings.evaluations + settings.race * tries
+        tries = len(dict.fromkeys(settings.starts)) + settings.horizon_stages - 2
+        self._evaluations = settings.evaluations + settings.screening_evaluations * tries
         self._search, self._searches = 0, 1
 
     def search(self, number: int, searches: int) -> None:

@@ -1,4 +1,4 @@
-"""The joints of a robot, and what each of them is to learning: commanded or not, turning or not."""
+"""The joints of a robot, and which of them are unactuated or continuous."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Joints:
 
     Attributes:
         names: All joints that the state tells of.
-        passive: Those of them that nobody commands, such as a pole that swings freely.
-        turning: Those of them that turn without end: model, policy and features see the sine and
+        unactuated: Those of them that nobody commands, such as a pole that swings freely.
+        continuous: Those of them that turn without end: model, policy and features see the sine and
             cosine of their angle, never the angle itself.
 
     Raises:
@@ -28,11 +28,11 @@ class Joints:
     """
 
     names: tuple[str, ...]
-    passive: tuple[str, ...] = ()
-    turning: tuple[str, ...] = ()
+    unactuated: tuple[str, ...] = ()
+    continuous: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for field in ("names", "passive", "turning"):
+        for field in ("names", "unactuated", "continuous"):
             names = tuple(getattr(self, field))
             object.__setattr__(self, field, names)
             if len(set(names)) < len(names):
@@ -47,7 +47,7 @@ class Joints:
                 )
         if self.names and not self.commanded:
             raise InvalidSettingError(
-                f"all of the joints {', '.join(self.names)} are passive; a robot needs at least "
+                f"all of the joints {', '.join(self.names)} are unactuated; a robot needs at least "
                 "one that is commanded"
             )
 
@@ -59,7 +59,7 @@ class Joints:
     @property
     def commanded(self) -> tuple[str, ...]:
         """The F joints that are commanded, in the order of the controls."""
-        return tuple(name for name in self.names if name not in self.passive)
+        return tuple(name for name in self.names if name not in self.unactuated)
 
     @property
     def commanded_columns(self) -> list[int]:
@@ -69,7 +69,7 @@ class Joints:
     @cached_property
     def layout(self) -> StateLayout:
         """What model and policy see of the state, as in PILCO."""
-        angles = tuple(self.names.index(name) for name in self.turning)
+        angles = tuple(self.names.index(name) for name in self.continuous)
         size = 2 * len(self.names)
         seen = tuple(i for i in range(size + 2 * len(angles)) if i not in angles)
         return StateLayout(size, angles, dynamics_inputs=seen, policy_inputs=seen)
@@ -82,7 +82,7 @@ class Joints:
     @property
     def features(self) -> Features:
         """What a demonstration is compared by: positions, and sine and cosine of what turns."""
-        if not self.turning:
+        if not self.continuous:
             return JointPositions(len(self.names))
         angles = self.layout.angles
         positions = tuple(i for i in range(len(self.names)) if i not in angles)

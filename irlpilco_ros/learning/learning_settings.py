@@ -11,7 +11,7 @@ from irlpilco_ros.learning.settings import check, setting
 class LearningSettings:
     """How to learn from a demonstration; the field names are the ROS parameters and YAML keys."""
 
-    method: str = setting(
+    imitation: str = setting(
         "feature_matching",
         "What imitation means: features step by step, their discounted sum, or trajectory KL "
         "(which a wide prediction pleases: give it the lbfgs optimiser).",
@@ -28,7 +28,7 @@ class LearningSettings:
         "of inputs, or only that they do not run away (as PILCO).",
         choices=("dimension_scaled", "pilco"),
     )
-    covariance: str = setting(
+    covariance_approximation: str = setting(
         "first_order",
         "Covariance between the outputs of the dynamics model: to first order, or exact.",
         choices=("first_order", "exact"),
@@ -62,14 +62,14 @@ class LearningSettings:
         "that the dynamics model takes the demonstration for.",
         choices=("last", "zero", "initial", "random", "inverse"),
     )
-    race: int = setting(
+    screening_evaluations: int = setting(
         4,
         "Evaluations for which each start of comparable cost is tried out before the best goes "
         "on; 0: the start that costs least is improved.",
         minimum=0,
         maximum=100000,
     )
-    stages: int = setting(
+    horizon_stages: int = setting(
         1,
         "In how many stages the horizon of policy search grows, as far as the first of the starts "
         "can follow the demonstration, each with as many evaluations as the race; 1: at once. "

@@ -15,7 +15,7 @@ from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.learning.policies import (
@@ -129,9 +129,11 @@ def improve(
     policy = previous.policy if previous is not None else random_start(task, settings)
     with one_blas_thread():
         model = train_on_trials(trials, task.layout, None, warm_start, settings.threads)
-        method: Method = "exact" if settings.covariance == "exact" else "first_order"
+        approximation: CovarianceApproximation = (
+            "exact" if settings.covariance_approximation == "exact" else "first_order"
+        )
         objective = Objective(
-            model, task.start, task.horizon, task.layout, task.cost, covariance=method
+            model, task.start, task.horizon, task.layout, task.cost, approximation=approximation
         )
         found = _search(objective, policy, settings, progress)
         prediction = objective.evaluate(found.policy, gradient=False).trajectory

@@ -24,8 +24,8 @@ _KIND = PREFIX + "kind"
 _DESCRIPTIONS = {
     "kind": "Kind of the policy; setting it replaces the whole policy.",
     "joints": "Joints that the policy sees: those of the controller, in the same order.",
-    "passive_joints": "Those of them that the policy does not move.",
-    "turning_joints": "Those of them whose sine and cosine it sees in place of the position, last.",
+    "unactuated_joints": "Those of them that the policy does not move.",
+    "continuous_joints": "Those of them that it sees as sine and cosine instead of an angle.",
     "velocity_limit": "Largest control of each joint, at most the robot's own. [rad/s]",
     "horizon": "Number of control periods over which the phase features are spread.",
     "controls": "Controls of each period, row by row. [rad/s]",

@@ -83,8 +83,8 @@ def test_policies_must_fit_the_robot():
     with pytest.raises(InvalidSettingError, match=r"wrist is 2\.1; expected at most .* 2"):
         check_policy(ROBOT, too_fast, Joints(JOINTS))
     one = OpenLoopPolicy(np.zeros((4, 1)), np.array([1.0]), 4)
-    with pytest.raises(InvalidSettingError, match=r"takes wrist for passive .* are no joint"):
-        check_policy(ROBOT, one, Joints(JOINTS, passive=("wrist",)))
+    with pytest.raises(InvalidSettingError, match=r"takes wrist for unactuated .* are no joint"):
+        check_policy(ROBOT, one, Joints(JOINTS, unactuated=("wrist",)))
 
 
 def test_starts_must_be_inside_the_limits():

@@ -74,7 +74,7 @@ def test_every_trial_gets_its_row_and_learning_helps(finished, reopen, tmp_path)
 
 def test_several_demonstrations_are_imitated_on_average(tmp_path):
     bags = [toy_robot.record_demonstration(tmp_path / "shown", seed) for seed in range(3)]
-    settings = dataclasses.replace(SETTINGS, method="trajectory_kl")
+    settings = dataclasses.replace(SETTINGS, imitation="trajectory_kl")
     run = Apprenticeship.open(tmp_path / "run", tmp_path / "shown", toy_robot.ROBOT, settings)
     states = [shown.states for shown in run.task.demonstrations]
     assert len(states) == len(bags)

@@ -115,14 +115,14 @@ def test_a_missing_field_and_a_missing_file_are_named(tmp_path):
         policy_to_parameters(example("linear"), JOINTS[:2])
 
 
-def test_a_policy_of_passive_and_turning_joints_survives(tmp_path):
-    joints = Joints(("cart", "pole"), passive=("pole",), turning=("pole",))
+def test_a_policy_of_unactuated_and_continuous_joints_survives(tmp_path):
+    joints = Joints(("cart", "pole"), unactuated=("pole",), continuous=("pole",))
     rng = np.random.default_rng(0)
     own = RbfPolicy(
         rng.standard_normal((6, 5)), rng.standard_normal((6, 1)), np.zeros((1, 5)), np.array([10.0])
     )
     parameters = policy_to_parameters(own, joints)
-    assert parameters["policy.turning_joints"] == ["pole"]
+    assert parameters["policy.continuous_joints"] == ["pole"]
     assert same(policy_from_parameters(parameters)[0], own)
     path = tmp_path / "policy.yaml"
     write_policy_file(path, own, joints)

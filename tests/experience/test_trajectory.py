@@ -100,8 +100,8 @@ def test_missing_in_counts_what_gaps_could_have_held():
     assert missing_in(np.array([0.0, 5.0])) == 0
 
 
-def test_a_trial_of_a_robot_with_a_passive_joint():
-    joints = Joints(("cart", "pole"), passive=("pole",))
+def test_a_trial_of_a_robot_with_an_unactuated_joint():
+    joints = Joints(("cart", "pole"), unactuated=("pole",))
     nan = float("nan")
     trial = Trajectory(
         joint_names=("cart", "pole"),

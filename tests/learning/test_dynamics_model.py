@@ -11,11 +11,11 @@ from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.training import train
 
-METHODS = st.sampled_from(["first_order", "exact"])
+APPROXIMATIONS = st.sampled_from(["first_order", "exact"])
 
 
-def check_prediction(model, mean, covariance, method):
-    moments, pullback = model.predict(mean, covariance, method)
+def check_prediction(model, mean, covariance, approximation):
+    moments, pullback = model.predict(mean, covariance, approximation)
     for part in (moments.mean, moments.covariance, moments.jacobian):
         assert np.isfinite(part).all()
     np.testing.assert_array_equal(moments.covariance, moments.covariance.T)
@@ -42,10 +42,20 @@ def check_prediction(model, mean, covariance, method):
     log_spread=st.floats(-12.0, 5.0),
     rank=st.integers(0, 5),
     far=st.sampled_from([0.0, 1.0, 1e3]),
-    method=METHODS,
+    approximation=APPROXIMATIONS,
 )
 def test_given_hyperparameters(
-    seed, n, outputs, inputs, log_lengthscale, log_signal, log_ratio, log_spread, rank, far, method
+    seed,
+    n,
+    outputs,
+    inputs,
+    log_lengthscale,
+    log_signal,
+    log_ratio,
+    log_spread,
+    rank,
+    far,
+    approximation,
 ):
     rng = np.random.default_rng(seed)
     x = rng.standard_normal((n, inputs))
@@ -62,7 +72,7 @@ def test_given_hyperparameters(
         ),
     )
     root = np.exp(log_spread) * rng.standard_normal((inputs, rank))
-    check_prediction(model, far * rng.standard_normal(inputs), root @ root.T, method)
+    check_prediction(model, far * rng.standard_normal(inputs), root @ root.T, approximation)
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
@@ -72,9 +82,9 @@ def test_given_hyperparameters(
     log_scale=st.floats(-9.0, 9.0),
     kind=st.sampled_from(["zero", "constant", "duplicates", "constant input", "noise", "step"]),
     spread=st.sampled_from([0.0, 1e-6, 0.1, 30.0]),
-    method=METHODS,
+    approximation=APPROXIMATIONS,
 )
-def test_trained_on_odd_data(seed, n, log_scale, kind, spread, method):
+def test_trained_on_odd_data(seed, n, log_scale, kind, spread, approximation):
     rng = np.random.default_rng(seed)
     x = np.exp(log_scale) * rng.standard_normal((n, 2))
     y = np.exp(-log_scale) * rng.standard_normal((n, 2))
@@ -89,7 +99,7 @@ def test_trained_on_odd_data(seed, n, log_scale, kind, spread, method):
     elif kind == "step":
         y[:, 0] = np.sign(x[:, 0])
     model = train(x, y, max_evaluations=25)
-    check_prediction(model, x[0], spread**2 * np.exp(2 * log_scale) * np.eye(2), method)
+    check_prediction(model, x[0], spread**2 * np.exp(2 * log_scale) * np.eye(2), approximation)
 
 
 def test_a_single_point_is_remembered():

@@ -13,7 +13,7 @@ from irlpilco_ros.learning.task import Task
 
 DT = 0.1
 LIMIT = np.array([4.0])
-JOINTS = Joints(("cart", "flag"), passive=("flag",))
+JOINTS = Joints(("cart", "flag"), unactuated=("flag",))
 # A mass with a weak spring that drives away from 0, and a flag that follows it.
 A = np.eye(4) + DT * np.array(
     [[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [2.0, 0.0, -0.1, 0.0], [1.0, -1.0, 0.0, -1.0]]

@@ -45,11 +45,11 @@ def test_learning_beats_replay_within_three_iterations():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"method": "feature_expectations"},
-        {"method": "trajectory_kl"},
+        {"imitation": "feature_expectations"},
+        {"imitation": "trajectory_kl"},
         {"policy": "linear", "prior_mean": "zero", "variance_weight": 0.0, "optimiser": "lbfgs"},
         {"policy": "rbf", "rbf_count": 5, "optimiser": "lbfgs"},
-        {"covariance": "exact", "starts": ("last", "zero", "initial", "random")},
+        {"covariance_approximation": "exact", "starts": ("last", "zero", "initial", "random")},
         {"weight_rule": "projection", "discount": 0.9, "initial_policy": "random"},
         {"weight_rule": "latest", "initial_policy": "zero", "weight_floor": 0.0},
     ],
@@ -78,7 +78,7 @@ def test_several_demonstrations_are_averaged_and_their_spread_counts():
     np.testing.assert_allclose(task.reference_features(), mean)
     spread = np.var([run.states[3, 0] for run in runs], ddof=1) + 0.01**2
     assert task.reference_covariances()[3, 0, 0] == pytest.approx(spread, rel=0.02)
-    changes = {"method": "trajectory_kl", "optimiser": "lbfgs", "evaluations": 16}
+    changes = {"imitation": "trajectory_kl", "optimiser": "lbfgs", "evaluations": 16}
     settings = dataclasses.replace(SETTINGS, **changes)
     _, trials, _ = run(settings, 3, task)
     assert judge(task, trials[-1]).rmse < 0.06
@@ -86,7 +86,7 @@ def test_several_demonstrations_are_averaged_and_their_spread_counts():
 
 def test_the_divergence_ends_near_the_demonstration_not_in_a_wide_prediction():
     """From the first policy alone it ended hundreds of the noise's spreads away."""
-    task, trials, found = run(dataclasses.replace(SETTINGS, method="trajectory_kl"), 2)
+    task, trials, found = run(dataclasses.replace(SETTINGS, imitation="trajectory_kl"), 2)
     assert judge(task, trials[-1]).rmse < 0.5 * judge(task, trials[0]).rmse
     deviations = np.sqrt(np.diagonal(found[-1].predicted_covariances, axis1=1, axis2=2))
     assert deviations[:, :JOINTS].max() < 0.02
@@ -103,7 +103,7 @@ def test_learning_is_deterministic_whatever_the_threads():
 
 @pytest.mark.parametrize("method", ["feature_matching", "trajectory_kl"])
 def test_progress_goes_from_model_to_policy_and_may_cancel(method):
-    settings = dataclasses.replace(SETTINGS, method=method)
+    settings = dataclasses.replace(SETTINGS, imitation=method)
     task, trials, _ = run(settings, 0)
     seen = []
     learn(task, settings, trials, progress=seen.append)

@@ -6,7 +6,7 @@ from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.joints import Joints, PolicyOf
 from irlpilco_ros.learning.policies import LinearPolicy
 
-CART_POLE = Joints(("cart", "pole"), passive=("pole",), turning=("pole",))
+CART_POLE = Joints(("cart", "pole"), unactuated=("pole",), continuous=("pole",))
 
 
 def test_mere_names_are_commanded_and_seen_as_they_are():
@@ -42,8 +42,8 @@ def test_a_policy_acts_on_the_whole_state():
     ("arguments", "message"),
     [
         ({"names": ("a", "a")}, "names a joint twice: a, a"),
-        ({"names": ("a",), "turning": ("b",)}, "turning joints b are not among .* a"),
-        ({"names": ("a", "b"), "passive": ("b", "a")}, "all of the joints a, b are passive"),
+        ({"names": ("a",), "continuous": ("b",)}, "continuous joints b are not among .* a"),
+        ({"names": ("a", "b"), "unactuated": ("b", "a")}, "all of the joints a, b are unactuated"),
     ],
 )
 def test_nonsense_is_refused(arguments, message):

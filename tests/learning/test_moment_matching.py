@@ -73,21 +73,21 @@ def test_first_order_differs_only_between_outputs(case, given, expected):
 
 
 @pytest.mark.parametrize("prior", [False, True])
-@pytest.mark.parametrize("method", ["first_order", "exact"])
+@pytest.mark.parametrize("approximation", ["first_order", "exact"])
 @pytest.mark.parametrize("seed", range(3))
-def test_gradient(method, prior, seed):
+def test_gradient(approximation, prior, seed):
     model = example_model(seed, prior=prior)
     at = example_input(seed + 10, 4)
-    check_pullback(lambda g: model.predict(g.mean, g.covariance, method), at)
+    check_pullback(lambda g: model.predict(g.mean, g.covariance, approximation), at)
 
 
-@pytest.mark.parametrize("method", ["first_order", "exact"])
-def test_gradient_over_several_groups_and_strips(method):
+@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+def test_gradient_over_several_groups_and_strips(approximation):
     model = example_model(4, n=260, outputs=8, inputs=6, threads=2)
     assert len(model.posterior.groups) > 1
     assert len(model.posterior.strips) > 1
     at = example_input(5, 6)
-    check_pullback(lambda g: model.predict(g.mean, g.covariance, method), at)
+    check_pullback(lambda g: model.predict(g.mean, g.covariance, approximation), at)
 
 
 def test_without_spread_the_variance_over_several_strips_is_the_posteriors():
@@ -129,7 +129,7 @@ def test_exact_against_monte_carlo():
     check_monte_carlo(moments, at, sample)
 
 
-def test_methods_agree_for_small_spreads():
+def test_approximations_agree_for_small_spreads():
     model = example_model(1)
     at = example_input(3, 4, spread=1e-3)
     exact, _ = model.predict(at.mean, at.covariance, "exact")
@@ -152,17 +152,17 @@ def test_linear_prior_mean_passes_through_exactly():
     np.testing.assert_allclose(moments.covariance, expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("method", ["first_order", "exact"])
-def test_threads_and_gradient_do_not_change_a_bit(method):
+@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+def test_threads_and_gradient_do_not_change_a_bit(approximation):
     at = example_input(5, 6)
     results = []
     for threads in (1, 2, 3):
         model = example_model(4, n=260, outputs=8, inputs=6, threads=threads)
         assert len(model.posterior.groups) > 1
-        moments, pullback = model.predict(at.mean, at.covariance, method)
+        moments, pullback = model.predict(at.mean, at.covariance, approximation)
         bars = random_bars(np.random.default_rng(0), moments)
         results.append([moments.mean, moments.covariance, moments.jacobian, *pullback(*bars)])
-        value, nothing = model.predict(at.mean, at.covariance, method, gradient=False)
+        value, nothing = model.predict(at.mean, at.covariance, approximation, gradient=False)
         assert nothing is None
         np.testing.assert_allclose(value.mean, moments.mean, rtol=1e-12)
         np.testing.assert_allclose(value.covariance, moments.covariance, rtol=1e-9, atol=1e-12)
@@ -174,7 +174,7 @@ def test_threads_and_gradient_do_not_change_a_bit(method):
 def test_refusals_say_what_was_expected():
     model = example_model()
     at = example_input(0, 4)
-    with pytest.raises(InvalidSettingError, match="valid methods: first_order, exact"):
+    with pytest.raises(InvalidSettingError, match="valid: first_order, exact"):
         model.predict(at.mean, at.covariance, "second_order")
     with pytest.raises(InvalidSettingError, match=r"expected \(4,\) and \(4, 4\)"):
         model.predict(at.mean[:3], at.covariance)

@@ -93,7 +93,7 @@ class Saturated:
 def test_a_start_that_leads_nowhere_does_not_end_the_search():
     trap = policy(0)
     problem = Saturated(objective(), trap)
-    found = search_policy(problem, [trap, policy()], "gauss_newton", 20, race=4)
+    found = search_policy(problem, [trap, policy()], "gauss_newton", 20, screening=4)
     assert found.cost < 0.7 * problem.lowest
     assert found.evaluations <= 2 + 20 + 4
 
@@ -129,11 +129,11 @@ class Sometimes:
     def __init__(self, model, good):
         self.model, self.good = model, good
 
-    def predict(self, mean, covariance, method="first_order", gradient=True):
+    def predict(self, mean, covariance, approximation="first_order", gradient=True):
         self.good -= 1
         if self.good < 0:
             raise NumericalError("no answer")
-        return self.model.predict(mean, covariance, method, gradient)
+        return self.model.predict(mean, covariance, approximation, gradient)
 
 
 @pytest.mark.parametrize("optimiser", ["gauss_newton", "bfgs", "lbfgs"])
@@ -154,7 +154,7 @@ def test_no_finite_start_is_an_error_that_says_what_to_do():
 def test_a_race_improves_every_start_before_the_best_goes_on():
     problem = objective()
     starts = [policy(), policy(3)]
-    found = search_policy(problem, starts, "bfgs", 22, race=8)
+    found = search_policy(problem, starts, "bfgs", 22, screening=8)
     assert found.evaluations <= 32
     costs = [search_policy(problem, [start], "bfgs", 7).cost for start in starts]
     assert found.cost <= min(costs)

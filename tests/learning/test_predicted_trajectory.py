@@ -119,7 +119,7 @@ def test_cost_of_every_state_agrees_with_the_original(case, given, expected):
 def test_one_step_and_its_derivatives_agree_with_the_original(case, given, expected):
     objective, policy = original_problem(given)
     step = predict_step(
-        objective.model, policy, objective.start, 0, objective.layout, objective.covariance
+        objective.model, policy, objective.start, 0, objective.layout, objective.approximation
     )
     tolerance = 1e-6 if "rbf" in case else 1e-8
     scale = np.abs(expected["step_S"]).max()
@@ -140,7 +140,7 @@ def test_one_step_and_its_derivatives_agree_with_the_original(case, given, expec
         np.testing.assert_allclose(value, wanted, atol=exactness * np.abs(wanted).max())
 
 
-def toy_objective(method, policy_kind):
+def toy_objective(approximation, policy_kind):
     rng = np.random.default_rng(4)
     layout = StateLayout(4, angles=(1,), dynamics_inputs=(0, 2, 3, 4, 5), policy_inputs=(0, 1, 4))
     model = toy_model(5 + 2, 4)
@@ -157,13 +157,13 @@ def toy_objective(method, policy_kind):
         JointPositions(3), rng.standard_normal((5, 3)), np.array([0.2, 0.5, 1.0]), 0.7, 0.9
     )
     start = random_gaussian(rng, 4, 0.2)
-    return Objective(model, start, 4, layout, cost, method), policy
+    return Objective(model, start, 4, layout, cost, approximation), policy
 
 
-@pytest.mark.parametrize("method", ["first_order", "exact"])
+@pytest.mark.parametrize("approximation", ["first_order", "exact"])
 @pytest.mark.parametrize("policy_kind", ["linear_phase", "rbf"])
-def test_gradient_agrees_with_finite_differences(method, policy_kind):
-    objective, policy = toy_objective(method, policy_kind)
+def test_gradient_agrees_with_finite_differences(approximation, policy_kind):
+    objective, policy = toy_objective(approximation, policy_kind)
     _, gradient = objective.value_and_gradient(policy)
     rng = np.random.default_rng(0)
     for _ in range(3):
@@ -223,8 +223,8 @@ def test_a_model_that_returns_nonsense_is_reported():
     objective, policy = toy_objective("first_order", "linear_phase")
 
     class Nonsense:
-        def predict(self, mean, covariance, method="first_order", gradient=True):
-            moments, pullback = objective.model.predict(mean, covariance, method, gradient)
+        def predict(self, mean, covariance, approximation="first_order", gradient=True):
+            moments, pullback = objective.model.predict(mean, covariance, approximation, gradient)
             moments.mean[0] = np.nan
             return moments, pullback
 
@@ -242,10 +242,10 @@ def test_a_model_that_returns_nonsense_is_reported():
     log_spread=st.one_of(st.just(-np.inf), st.floats(-15.0, 3.0)),
     log_gain=st.floats(-5.0, 4.0),
     kind=st.sampled_from(["linear", "linear_phase", "rbf"]),
-    method=st.sampled_from(["first_order", "exact"]),
+    approximation=st.sampled_from(["first_order", "exact"]),
 )
 def test_never_a_bad_number(
-    seed, joints, horizon, points, log_lengthscale, log_spread, log_gain, kind, method
+    seed, joints, horizon, points, log_lengthscale, log_spread, log_gain, kind, approximation
 ):
     """From one joint and one step to a start spread far wider than the data."""
     rng, size = np.random.default_rng(seed), 2 * joints
@@ -275,7 +275,9 @@ def test_never_a_bad_number(
     root = np.exp(log_spread) * rng.standard_normal((size, size))
     start = Gaussian(rng.standard_normal(size), root @ root.T)
     cost = FeatureMatching(JointPositions(joints), np.zeros((horizon + 1, joints)), np.ones(joints))
-    evaluation = Objective(model, start, horizon, StateLayout(size), cost, method).evaluate(policy)
+    evaluation = Objective(model, start, horizon, StateLayout(size), cost, approximation).evaluate(
+        policy
+    )
     assert np.isfinite(evaluation.value)
     assert np.isfinite(evaluation.gradient()).all()
     assert np.isfinite(evaluation.curvature()).all()

@@ -42,13 +42,13 @@ def test_all_points_inducing_is_the_exact_posterior():
         np.testing.assert_allclose(mine, theirs, rtol=1e-4, atol=1e-3)
 
 
-@pytest.mark.parametrize("method", ["first_order", "exact"])
-def test_gradient(method):
+@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+def test_gradient(approximation):
     model = example_model(1, n=60, max_exact_points=20)
     assert model.posterior.weights.shape == (3, 20)
     assert model.notes == ("sparse model: 20 inducing points for 60 points",)
     at = example_input(2, 4)
-    check_pullback(lambda g: model.predict(g.mean, g.covariance, method), at)
+    check_pullback(lambda g: model.predict(g.mean, g.covariance, approximation), at)
 
 
 def test_predicts_nearly_what_the_exact_model_predicts():

@@ -113,12 +113,17 @@ def with_reference(staged, reference):
 def test_learning_in_stages_improves_and_tells_how_far_it_is(method):
     task = toy_task()
     settings = LearningSettings(
-        method=method, phase_count=6, threads=1, stages=3, starts=("inverse", "last"), race=4
+        imitation=method,
+        phase_count=6,
+        threads=1,
+        horizon_stages=3,
+        starts=("inverse", "last"),
+        screening_evaluations=4,
     )
     first, seen = initial_policy(task, settings), []
     trials = [LaggingJoints().run(first, task.reference_states()[0])]
     found = learn(task, settings, trials, progress=seen.append)
-    plain = learn(task, dataclasses.replace(settings, stages=1), trials)
+    plain = learn(task, dataclasses.replace(settings, horizon_stages=1), trials)
     fractions = [progress.fraction for progress in seen]
     assert (np.diff(fractions) >= 0.0).all()
     assert fractions[-1] <= 1.0

@@ -94,7 +94,7 @@ def test_layout_extends_angles_and_predicts_differences():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"method": "guessing"},
+        {"imitation": "guessing"},
         {"starts": ("last", "nowhere")},
         {"evaluations": 0},
         {"variance_weight": -1.0},

@@ -43,7 +43,7 @@ def summary(joints: tuple[str, ...], iterations: int = 2, horizon: int = 4) -> R
         replay=positions + 0.02,
         replay_rmse=0.02,
         model=ModelSummary(tuple(inputs), tuple(states), lengthscales, np.full(len(inputs), 2.0)),
-        settings={"method": "feature_matching"},
+        settings={"imitation": "feature_matching"},
     )
 
 

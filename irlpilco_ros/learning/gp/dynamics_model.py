@@ -11,7 +11,7 @@ from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.posterior import Posterior, condition
 from irlpilco_ros.learning.gp.sparse import condition_sparse, spread_points
 from irlpilco_ros.learning.moments.gaussian import Moments, Pullback
-from irlpilco_ros.learning.moments.moment_matching import Method, match_moments
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation, match_moments
 from irlpilco_ros.learning.numerics.arrays import Array
 
 MAX_EXACT_POINTS = 300
@@ -94,7 +94,7 @@ class DynamicsModel:
         self,
         mean: Array,
         covariance: Array,
-        method: Method = "first_order",
+        approximation: CovarianceApproximation = "first_order",
         gradient: bool = True,
     ) -> tuple[Moments, Pullback | None]:
         """Predict the change of the state for a Gaussian input N(mean, covariance).
@@ -104,7 +104,7 @@ class DynamicsModel:
         Args:
             mean: Of state and control, of shape (P,).
             covariance: Of shape (P, P), positive semi-definite (it may be zero).
-            method: How covariances between different outputs are found: "exact"
+            approximation: How covariances between different outputs are found: "exact"
                 (E (E - 1) / 2 more n x n blocks) or "first_order" (V_a' S V_b).
             gradient: False saves the work for the pullback, which is None then.
 
@@ -115,7 +115,7 @@ class DynamicsModel:
             NumericalError: if the input is not finite or its covariance is indefinite.
         """
         return match_moments(
-            self.posterior, self.prior_mean, mean, covariance, method, gradient, self.threads
+            self.posterior, self.prior_mean, mean, covariance, approximation, gradient, self.threads
         )
 
 

@@ -28,7 +28,7 @@ from irlpilco_ros.learning.moments.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 from irlpilco_ros.learning.numerics.threads import Task, one_blas_thread, run_parallel
 
-Method: TypeAlias = Literal["first_order", "exact"]
+CovarianceApproximation: TypeAlias = Literal["first_order", "exact"]
 
 _SMALLEST_REMAINDER = 1e-12  # of the signal variance; what rounding can leave below it
 
@@ -48,7 +48,7 @@ def match_moments(
     prior_mean: Array,
     mean: Array,
     covariance: Array,
-    method: Method,
+    approximation: CovarianceApproximation,
     gradient: bool,
     threads: int,
 ) -> tuple[Moments, Pullback | None]:
@@ -59,22 +59,22 @@ def match_moments(
         prior_mean: A, of shape (E, P).
         mean: Of shape (P,).
         covariance: Of shape (P, P).
-        method: "first_order" or "exact".
+        approximation: "first_order" or "exact".
         gradient: False saves the work for the pullback, which is None then.
         threads: How many threads may work.
 
     Raises:
-        InvalidSettingError: if the method or a shape is wrong.
+        InvalidSettingError: if the approximation or a shape is wrong.
         NumericalError: if the input is not finite or its covariance is indefinite.
     """
-    _check_input(prior_mean, mean, covariance, method)
+    _check_input(prior_mean, mean, covariance, approximation)
     threads = min(threads, len(posterior.groups))  # less is not worth sharing
     covariance = symmetric(covariance)
     pairs = None
     with one_blas_thread():
         displacements = Task(partial(Displacements.of, posterior.points, mean))
         outputs = _all_outputs(posterior, displacements, covariance, gradient, threads)
-        if method == "exact":
+        if approximation == "exact":
             pairs = all_pairs(posterior, displacements.result(), covariance, gradient, threads)
     remainder, above = _remainder(posterior, outputs, pairs, covariance)
     jacobian = outputs.jacobian + prior_mean
@@ -206,11 +206,11 @@ def _definite(remainder: Array, diagonal: Array, posterior: Posterior) -> Array:
     )
 
 
-def _check_input(prior_mean: Array, mean: Array, covariance: Array, method: str) -> None:
+def _check_input(prior_mean: Array, mean: Array, covariance: Array, approximation: str) -> None:
     size = prior_mean.shape[1]
-    if method not in get_args(Method):
-        valid = ", ".join(get_args(Method))
-        raise InvalidSettingError(f"method is {method!r}; valid methods: {valid}")
+    if approximation not in get_args(CovarianceApproximation):
+        valid = ", ".join(get_args(CovarianceApproximation))
+        raise InvalidSettingError(f"approximation is {approximation!r}; valid: {valid}")
     if mean.shape != (size,) or covariance.shape != (size, size):
         raise InvalidSettingError(
             f"the input's mean has shape {mean.shape} and its covariance {covariance.shape}; "

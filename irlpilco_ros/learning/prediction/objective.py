@@ -9,7 +9,7 @@ import numpy as np
 
 from irlpilco_ros.learning.costs import Cost, CostValue
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.predicted_trajectory import (
@@ -75,7 +75,7 @@ class Objective:
         horizon: Number of steps H.
         layout: What model and policy see of the state.
         cost: What the predicted trajectory costs.
-        covariance: "first_order" or "exact", between the outputs of the model.
+        approximation: "first_order" or "exact", between the outputs of the model.
     """
 
     model: Dynamics
@@ -83,7 +83,7 @@ class Objective:
     horizon: int
     layout: StateLayout
     cost: Cost
-    covariance: Method = "first_order"
+    approximation: CovarianceApproximation = "first_order"
 
     def evaluate(self, policy: Policy, gradient: bool = True) -> Evaluation:
         """Return cost and trajectory of a policy.
@@ -97,7 +97,7 @@ class Objective:
             self.start,
             self.horizon,
             self.layout,
-            covariance=self.covariance,
+            approximation=self.approximation,
             gradient=gradient,
         )
         cost = self.cost.evaluate(trajectory.means, trajectory.covariances)

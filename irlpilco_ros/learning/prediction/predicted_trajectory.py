@@ -15,7 +15,7 @@ import numpy as np
 
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, Pullback
-from irlpilco_ros.learning.moments.moment_matching import Method
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.model_input import ModelInput, model_input
@@ -26,7 +26,11 @@ class Dynamics(Protocol):
     """A dynamics model as far as prediction needs it."""
 
     def predict(
-        self, mean: Array, covariance: Array, method: Method = ..., gradient: bool = ...
+        self,
+        mean: Array,
+        covariance: Array,
+        approximation: CovarianceApproximation = ...,
+        gradient: bool = ...,
     ) -> tuple[Moments, Pullback | None]:
         """Return the moments of the prediction at a Gaussian input, and their pullback."""
 
@@ -155,7 +159,7 @@ def predict_trajectory(
     start: Gaussian,
     horizon: int,
     layout: StateLayout,
-    covariance: Method = "first_order",
+    approximation: CovarianceApproximation = "first_order",
     gradient: bool = True,
 ) -> PredictedTrajectory:
     """Return the states that a policy is expected to go through.
@@ -166,7 +170,7 @@ def predict_trajectory(
         start: The state at the start of a trial.
         horizon: Number of steps H.
         layout: What model and policy see of the state.
-        covariance: "first_order" or "exact", between the outputs of the model.
+        approximation: "first_order" or "exact", between the outputs of the model.
         gradient: Whether the gradient will be asked for.
 
     Raises:
@@ -174,7 +178,7 @@ def predict_trajectory(
     """
     state, steps = start, []
     for t in range(horizon):
-        step = predict_step(model, policy, state, t, layout, covariance, gradient)
+        step = predict_step(model, policy, state, t, layout, approximation, gradient)
         state = step.state
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             raise NumericalError(
@@ -197,7 +201,7 @@ def predict_step(
     state: Gaussian,
     t: int,
     layout: StateLayout,
-    covariance: Method = "first_order",
+    approximation: CovarianceApproximation = "first_order",
     gradient: bool = True,
 ) -> Step:
     """Return the state after step t, given the state before it.
@@ -209,7 +213,7 @@ def predict_step(
     both = np.outer(mask, mask)
     seen, pull_input = model_input(policy, state, t, layout, gradient)
     change, pull_model = model.predict(
-        seen.mean, seen.covariance, method=covariance, gradient=gradient
+        seen.mean, seen.covariance, approximation=approximation, gradient=gradient
     )
     with_change = mask[:, None] * (seen.with_state @ change.jacobian.T)
     following = Gaussian(

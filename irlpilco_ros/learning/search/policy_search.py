@@ -77,7 +77,7 @@ def search_policy(
     optimiser: str,
     evaluations: int,
     progress: SearchProgress | None = None,
-    race: int = 0,
+    screening: int = 0,
 ) -> SearchResult:
     """Minimise the objective over the policy's parameters, from the best of several starts.
 
@@ -85,10 +85,10 @@ def search_policy(
         objective: J(theta).
         starts: Policies to start from.
         optimiser: "gauss_newton", "bfgs" or "lbfgs".
-        evaluations: Largest number of evaluations, on top of one for each start and of the race.
+        evaluations: Largest number of evaluations, on top of one for each start and of screening.
         progress: Told the best cost and the number of evaluations after each of them.
-        race: Evaluations for which each start of comparable cost is tried out before the best of
-            them goes on; with 0 the cheapest start is improved.
+        screening: Evaluations for which each start of comparable cost is tried out before the
+            best of them goes on; with 0 the cheapest start is improved.
 
     Raises:
         NumericalError: if no start has a finite cost.
@@ -102,13 +102,13 @@ def search_policy(
         )
     best, damping = tracker.best, _FIRST_DAMPING
     rivals = [each for each in evaluated if each is not None and each.value <= _RIVAL * best.value]
-    if race and len(rivals) > 1:
-        best, damping = _race(tracker, rivals, optimiser, race)
+    if screening and len(rivals) > 1:
+        best, damping = _screen(tracker, rivals, optimiser, screening)
     _improve(tracker, best, optimiser, damping)
     return SearchResult(tracker.best.policy, tracker.best.value, tracker.evaluations)
 
 
-def _race(
+def _screen(
     tracker: _Tracker, rivals: Sequence[Evaluation], optimiser: str, tries: int
 ) -> tuple[Evaluation, float]:
     """Try out every rival, and return where the best one led, with its damping.

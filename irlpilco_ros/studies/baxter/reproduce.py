@@ -18,13 +18,13 @@ THESIS_HOURS = {"feature_matching": 30, "feature_expectations": 15}
 
 def thesis_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:
     """Return the job of learning with the settings of config/thesis.yaml."""
-    settings = dataclasses.replace(thesis_settings(), method=method)
+    settings = dataclasses.replace(thesis_settings(), imitation=method)
     return learning_job(EXPERIMENT, f"thesis_{method}", seed, "default", settings, iterations)
 
 
 def default_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:
     """Return the job of learning with the default settings."""
-    settings = LearningSettings(method=method)
+    settings = LearningSettings(imitation=method)
     return learning_job(EXPERIMENT, f"default_{method}", seed, "default", settings, iterations)
 
 

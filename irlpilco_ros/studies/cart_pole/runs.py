@@ -63,7 +63,7 @@ EXPERT_SETTINGS = LearningSettings(
     rbf_count=25,
     optimiser="bfgs",
     evaluations=120,
-    covariance="first_order",
+    covariance_approximation="first_order",
 )
 """Classical PILCO as in its example, with more bumps: see docs/cart_pole.md."""
 
@@ -147,7 +147,7 @@ def claim(out: Path, demonstration: Rollout, settings: LearningSettings) -> None
         "imitation": dataclasses.asdict(settings),
         "expert": dataclasses.asdict(EXPERT_SETTINGS),
     }
-    del own["imitation"]["method"]
+    del own["imitation"]["imitation"]
     own = json.loads(json.dumps(own))
     file = out / "settings.json"
     if not file.exists():
