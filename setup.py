@@ -39,6 +39,10 @@ setup(
         "tqdm",
     ],
     extras_require={"dask": ["distributed"]},  # irlpilco study --dask
-    entry_points={"console_scripts": [f"irlpilco = {NAME}.cli:main"]},
+    entry_points={
+        "console_scripts": [f"irlpilco = {NAME}.cli:main"],
+        # As any other package offers its own: learning/ knows nothing of the simulator.
+        f"{NAME}.features": ["tools = sim_bridge.tool_features:ToolPoints"],
+    },
     zip_safe=False,
 )

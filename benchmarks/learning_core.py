@@ -196,8 +196,8 @@ def print_training() -> None:
 
 
 def print_import() -> None:
-    """How long `import irlpilco_ros.learning.irl_pilco` takes in a new process."""
-    code = "import time; t = time.perf_counter(); import irlpilco_ros.learning.irl_pilco; "
+    """How long `import irlpilco_ros.learning` takes in a new process."""
+    code = "import time; t = time.perf_counter(); import irlpilco_ros.learning; "
     seconds = [
         float(
             subprocess.run(

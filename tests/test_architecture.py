@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+import irlpilco_ros.learning
+
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted([*ROOT.glob("irlpilco_ros/**/*.py"), *ROOT.glob("sim_bridge/**/*.py")])
 
@@ -115,6 +117,18 @@ def test_learning_needs_only_numpy_scipy_and_threadpoolctl():
         if is_within(name_of(path), "irlpilco_ros.learning")
         for module in imports(path)
         if module.split(".")[0] not in allowed
+    ]
+    assert foreign == []
+
+
+def test_examples_need_only_the_public_learning_api_and_numpy():
+    allowed = {*sys.stdlib_module_names, "numpy"}
+    foreign = [
+        f"{path.name}: {module}"
+        for path in sorted(ROOT.glob("examples/*.py"))
+        for module in imports(path)
+        if module.split(".")[0] not in allowed
+        and module.removeprefix("irlpilco_ros.learning.") not in irlpilco_ros.learning.__all__
     ]
     assert foreign == []
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.features import REGISTRY
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, setting
 
@@ -60,6 +61,12 @@ class RobotSettings:
         0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
     )
     horizon: int = setting(16, "Number of decisions in a trial.", minimum=1, maximum=10_000)
+    features: str = setting(
+        "joints",
+        "What a motion is compared with the demonstration by. joints: the joint positions; tools: "
+        "where the simulated Baxter's dustpan and brush are.",
+        choices=REGISTRY.names(),
+    )
     reset_service: str = setting(
         "",
         "Trigger service that brings a robot to its start which cannot go there by velocities, "

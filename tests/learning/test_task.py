@@ -44,7 +44,10 @@ def test_one_demonstration_spreads_as_much_as_the_noise():
         ({"control_limit": np.ones(3)}, "control_limit"),
         ({"control_limit": np.array([1.0, -1.0])}, "control_limit"),
         ({"position_noise": 0.0}, "position_noise"),
-        ({"feature_scale": np.ones(5)}, "feature_scale"),
+        ({"feature_scale": {"m": 1.0}}, "feature_scale .* units of the features: rad"),
+        ({"feature_scale": {"rad": 0.0}}, "feature_scale"),
+        ({"horizon": HORIZON + 1}, f"demonstrations have {HORIZON} steps"),
+        ({"layout": StateLayout(3)}, "layout is of 3 states"),
         (
             {"demonstrations": (toy_demonstration(), toy_demonstration(0, HORIZON + 1))},
             "different shapes",

@@ -12,7 +12,7 @@ from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.irl_pilco import Iteration
+from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.policies import LinearPolicy
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irlpilco_ros.learning.irl_pilco import Task, initial_policy, open_loop_policy
-from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning import LearningSettings, Task
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.policies.initial_policy import initial_policy, open_loop_policy
 from sim_bridge.episode import Policy
 
 
