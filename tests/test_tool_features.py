@@ -1,4 +1,4 @@
-"""`features: tools`, another package's class by entry point: the sweep learned by where tools are."""
+"""`features: tools`, found by its entry point: the sweep is learned by where the tools are."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -69,6 +70,6 @@ def test_features_that_nobody_offers_are_refused_by_name():
 def test_a_run_with_other_features_is_another_run(tmp_path):
     robot, demonstration = baxter(), SWEEP / "demonstration"
     Apprenticeship.open(tmp_path / "run", demonstration, robot, LearningSettings()).close()
-    with pytest.raises(Exception, match="features was tools, now joints"):
-        other = dataclasses.replace(robot, features="joints")
+    other = dataclasses.replace(robot, features="joints")
+    with pytest.raises(RunDirectoryError, match="features was tools, now joints"):
         Apprenticeship.open(tmp_path / "run", demonstration, other, LearningSettings())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from irlpilco_ros.learning.imitation import REGISTRY
 from irlpilco_ros.learning.settings import check, setting
 
 
@@ -15,7 +16,7 @@ class LearningSettings:
         "feature_matching",
         "What imitation means: features step by step, their discounted sum, or trajectory KL "
         "(which a wide prediction pleases: give it the lbfgs optimiser).",
-        choices=("feature_matching", "feature_expectations", "trajectory_kl"),
+        choices=REGISTRY.names(),
     )
     prior_mean: str = setting(
         "velocity",
