@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +38,7 @@ class Trial:
 def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
-    joints: Joints | Sequence[str],
+    joints: Joints,
     horizon: int,
 ) -> dict[int, Trial]:
     """Return the whole trials by the iteration whose policy ran in them.
@@ -49,7 +49,6 @@ def find_trials(
         joints: Joints of the run, in order.
         horizon: Control periods of a trial.
     """
-    joints = Joints.of(joints)
     found: dict[int, Trial] = {}
     for number, path in bags:
         try:
