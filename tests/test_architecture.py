@@ -45,7 +45,12 @@ MAY_IMPORT = {
     "irlpilco_ros.ros": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "irlpilco_ros.nodes": (*BELOW_CONTROL, "irlpilco_ros.control", "irlpilco_ros.ros"),
     "irlpilco_ros.report": (*BELOW_CONTROL, "sim_bridge"),
-    "irlpilco_ros.studies": (*BELOW_CONTROL, "irlpilco_ros.report", "sim_bridge"),
+    "irlpilco_ros.studies": (
+        *BELOW_CONTROL,
+        "irlpilco_ros.control",
+        "irlpilco_ros.report",
+        "sim_bridge",
+    ),
     "sim_bridge": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "sim_bridge nodes": (
         *BELOW_CONTROL,

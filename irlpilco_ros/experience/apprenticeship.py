@@ -58,7 +58,8 @@ class TrialReport:
 
     Attributes:
         row: Its row of metrics.csv.
-        notes: What a reader should know of the computing, such as jitter that had to be added.
+        notes: What a reader should know, such as jitter that had to be added or that the task
+            counts as learned.
     """
 
     row: MetricsRow
@@ -286,4 +287,5 @@ class Apprenticeship:
             policy_s=iteration.policy_seconds,
         )
         self.directory.append_metrics(row)
-        return TrialReport(row, iteration.notes)
+        learned = ("the margin is within margin_tolerance: learned",) if iteration.learned else ()
+        return TrialReport(row, (*iteration.notes, *learned))

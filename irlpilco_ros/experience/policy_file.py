@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +60,7 @@ def names_parameters() -> tuple[str, ...]:
     return tuple(PREFIX + name for name in _JOINT_LISTS)
 
 
-def policy_to_parameters(policy: Policy, joints: Joints | Sequence[str]) -> dict[str, Any]:
+def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
     """Return a policy as ROS parameters: name -> str, int, float or a list of these.
 
     Args:
@@ -71,7 +71,6 @@ def policy_to_parameters(policy: Policy, joints: Joints | Sequence[str]) -> dict
     Raises:
         InvalidSettingError: the policy does not fit the joints.
     """
-    joints = Joints.of(joints)
     _check_size(policy, joints)
     parameters: dict[str, Any] = {f"{PREFIX}kind": policy.kind}
     for name, field in _JOINT_LISTS.items():
@@ -118,7 +117,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
 def write_policy_file(
     path: Path,
     policy: Policy,
-    joints: Joints | Sequence[str],
+    joints: Joints,
     controller_parameters: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a policy as a ROS parameter file for the controller.

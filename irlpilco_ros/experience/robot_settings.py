@@ -6,6 +6,7 @@ A second robot is a second YAML file with these keys (see config/baxter.yaml), n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,22 +111,22 @@ class RobotSettings:
                     "expected one for each of RobotSettings.joints"
                 )
 
-    @property
+    @cached_property
     def roles(self) -> Joints:
         """The joints, and which of them are commanded or turn without end."""
         return Joints(self.joints, self.unactuated_joints, self.continuous_joints)
 
-    @property
+    @cached_property
     def lower(self) -> NDArray[np.float64]:
         """Lower position limits (J,) [rad]."""
         return np.array(self.position_lower)
 
-    @property
+    @cached_property
     def upper(self) -> NDArray[np.float64]:
         """Upper position limits (J,) [rad]."""
         return np.array(self.position_upper)
 
-    @property
+    @cached_property
     def control_limit(self) -> NDArray[np.float64]:
         """Largest control (F,): [rad/s] for the velocity interface, [N] or [Nm] for effort."""
         effort = self.command_interface == "effort"

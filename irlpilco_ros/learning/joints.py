@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,11 +48,6 @@ class Joints:
                 f"all of the joints {', '.join(self.names)} are unactuated; a robot needs at least "
                 "one that is commanded"
             )
-
-    @staticmethod
-    def of(joints: Joints | Sequence[str]) -> Joints:
-        """Return the joints; mere names are all commanded, and none turns without end."""
-        return joints if isinstance(joints, Joints) else Joints(tuple(joints))
 
     @property
     def commanded(self) -> tuple[str, ...]:

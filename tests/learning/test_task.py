@@ -102,6 +102,7 @@ def test_layout_extends_angles_and_predicts_differences():
         {"evaluations": 0},
         {"variance_weight": -1.0},
         {"discount": 1.5},
+        {"threads": 3},
         {"weight_floor": float("nan")},
     ],
 )

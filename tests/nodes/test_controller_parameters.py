@@ -10,6 +10,7 @@ from controlled_robot import CONTROLLER, JOINTS, LONG, MOVING, ROBOT, table
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import LinearPolicy
 
 pytestmark = pytest.mark.dds
@@ -52,7 +53,7 @@ def test_a_bad_policy_is_refused_whole_and_with_its_reason(graph, case):
 def test_a_policy_of_another_kind_leaves_nothing_of_the_one_before(graph):
     assert graph.set_parameters("controller", MOVING).successful
     policy = LinearPolicy(np.zeros((2, 4)), np.zeros(2), np.ones(2))
-    linear = policy_to_parameters(policy, JOINTS)
+    linear = policy_to_parameters(policy, Joints(tuple(JOINTS)))
     assert graph.set_parameters("controller", linear).successful
     assert list(graph.get_parameter("controller", "policy.controls")) == []
     assert graph.get_parameter("controller", "policy.state_size") == 0

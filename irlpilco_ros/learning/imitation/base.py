@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from irlpilco_ros.learning.costs.base import Cost, StepwiseCost, discounts
-from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.registry import Registry
 from irlpilco_ros.learning.task import Task
+
+if TYPE_CHECKING:
+    from irlpilco_ros.learning.learning_settings import LearningSettings
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from itertools import islice
 
 import numpy as np
 
+from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import LearningSettings, Rollout, Task, apprenticeship, judge
@@ -16,7 +17,7 @@ from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import FASTEST, MISCALIBRATED_LAG, SLOWEST
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.arm_simulation import ArmSettings, ArmSimulation
-from sim_bridge.episode import Policy, run_trial
+from sim_bridge.episode import run_trial
 from sim_bridge.guided_motion import WIPE, load_motion
 
 EXPERIMENT = "second_robot"
@@ -54,7 +55,7 @@ def wiping_run(robot: str, settings: LearningSettings, iterations: int = ITERATI
     shown = Rollout(states, np.full((len(states) - 1, len(configuration.joints)), np.nan))
     task = Task((shown,), configuration.control_period, configuration.control_limit)
 
-    def trial(policy: Policy) -> Rollout:
+    def trial(policy: ActingPolicy) -> Rollout:
         arm.place(shown.states[0, : len(configuration.joints)])
         return run_trial(arm, policy, task.horizon, task.dt)
 
