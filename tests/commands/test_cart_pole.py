@@ -18,7 +18,8 @@ from irlpilco_ros.learning.policies import from_arrays
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.resources import config_file, recording
 from irlpilco_ros.studies.cart_pole import runs
-from irlpilco_ros.studies.cart_pole.page import Runs, write_page
+from irlpilco_ros.studies.cart_pole.page import write_page
+from irlpilco_ros.studies.cart_pole.results import Runs
 from irlpilco_ros.studies.cart_pole.runs import TrialRecord
 from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
