@@ -250,5 +250,5 @@ def _declaration(cls: type[Any], field: dataclasses.Field[Any]) -> Declaration:
 
 
 @cache
-def _hints(cls: type[Any]) -> dict[str, Any]:
+def _hints(cls: Any) -> dict[str, Any]:
     return typing.get_type_hints(cls)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import typing
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
@@ -18,11 +17,18 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from irlpilco_ros.experience.parameters_file import (
-    convert,
     load_parameters_file,
     settings_from_parameters,
 )
+from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.settings import (
+    Declaration,
+    convert,
+    declarations,
+    from_values,
+    values_of,
+)
 
 __all__ = ["declare_settings", "load_parameters_file", "settings_from_parameters", "updated"]
 
@@ -66,12 +72,12 @@ def declare_settings(
     Raises:
         InvalidSettingError: the values given at the start do not go together.
     """
-    hints = typing.get_type_hints(cls)
-    values: dict[str, Any] = {}
-    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-        name = prefix + field.name
-        values[field.name] = _declare(node, name, field, hints[field.name], apply is None)
-    settings = cls(**values)
+    adopt_old_names(node, prefix)
+    values = {
+        name: _declare(node, prefix + name, declared, apply is None)
+        for name, declared in declarations(cls).items()
+    }
+    settings = from_values(cls, values)
     if check is not None:
         check(settings)
     if apply is not None:
@@ -85,30 +91,40 @@ def updated(settings: SettingsT, parameters: Iterable[Parameter], prefix: str = 
     Raises:
         InvalidSettingError: the outcome is not allowed.
     """
-    hints = typing.get_type_hints(type(settings))
+    known = declarations(type(settings))
     changes = {
-        parameter.name.removeprefix(prefix): convert(
-            parameter.name, parameter.value, hints[parameter.name.removeprefix(prefix)]
-        )
+        parameter.name.removeprefix(prefix): parameter.value
         for parameter in parameters
-        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in hints
+        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in known
     }
-    return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
+    return from_values(type(settings), {**values_of(settings), **changes})
 
 
-def _declare(
-    node: Node, name: str, field: dataclasses.Field[Any], hint: Any, read_only: bool
-) -> Any:
-    descriptor = _descriptor(field, hint, read_only)
-    is_empty = isinstance(field.default, tuple) and not field.default
+def adopt_old_names(node: Node, prefix: str = "") -> None:
+    """Let values that a node was started with under an old name count under the new one.
+
+    Each is warned of, with the new name (see `experience.renamed`).
+    """
+    given = node._parameter_overrides  # there is no other way to learn of undeclared ones
+    for old in [name for name in given if name.removeprefix(prefix) in RENAMED]:
+        new = prefix + RENAMED[old.removeprefix(prefix)]
+        value = given.pop(old)
+        if new not in given:
+            given[new] = Parameter(new, value.type_, value.value)
+        node.get_logger().warning(advice(old))
+
+
+def _declare(node: Node, name: str, declared: Declaration, read_only: bool) -> Any:
+    descriptor = _descriptor(declared, read_only)
+    is_empty = isinstance(declared.default, tuple) and not declared.default
     # rclpy cannot tell the type of an empty list: declare the type alone then.
-    default = Parameter.Type(descriptor.type) if is_empty else field.default
+    default = Parameter.Type(descriptor.type) if is_empty else declared.default
     node.declare_parameter(name, default, descriptor)
     try:
         value = node.get_parameter(name).value
     except ParameterUninitializedException:
-        return field.default
-    return convert(name, value, hint)
+        return declared.default
+    return convert(f"parameter {name}", value, declared.hint)
 
 
 def _follow(
@@ -140,18 +156,17 @@ def _follow(
     node.add_post_set_parameters_callback(take_over)
 
 
-def _descriptor(field: dataclasses.Field[Any], hint: Any, read_only: bool) -> ParameterDescriptor:
-    metadata = field.metadata
-    is_array = typing.get_origin(hint) is tuple
-    element = typing.get_args(hint)[0] if is_array else hint
-    unit = f" [{metadata['unit']}]" if metadata["unit"] else ""
+def _descriptor(declared: Declaration, read_only: bool) -> ParameterDescriptor:
+    is_array = typing.get_origin(declared.hint) is tuple
+    element = typing.get_args(declared.hint)[0] if is_array else declared.hint
+    unit = f" [{declared.unit}]" if declared.unit else ""
     descriptor = ParameterDescriptor(
         type=(_ARRAY_TYPES if is_array else _SCALAR_TYPES)[element].value,
-        description=metadata["description"] + unit,
-        read_only=read_only or metadata["read_only"],
-        additional_constraints=_constraints(metadata),
+        description=declared.description + unit,
+        read_only=read_only or declared.read_only,
+        additional_constraints=_constraints(declared),
     )
-    low, high = metadata["minimum"], metadata["maximum"]
+    low, high = declared.minimum, declared.maximum
     if is_array or (low is None and high is None):
         return descriptor
     if element is int:
@@ -165,13 +180,13 @@ def _descriptor(field: dataclasses.Field[Any], hint: Any, read_only: bool) -> Pa
     return descriptor
 
 
-def _constraints(metadata: Any) -> str:
+def _constraints(declared: Declaration) -> str:
     """Say in words what descriptors have no field for: choices, ranges of array elements."""
     words = []
-    if metadata["choices"]:
-        words.append("one of: " + ", ".join(metadata["choices"]))
-    if metadata["minimum"] is not None:
-        words.append(f"at least {metadata['minimum']}")
-    if metadata["maximum"] is not None:
-        words.append(f"at most {metadata['maximum']}")
+    if declared.choices:
+        words.append("one of: " + ", ".join(declared.choices))
+    if declared.minimum is not None:
+        words.append(f"at least {declared.minimum}")
+    if declared.maximum is not None:
+        words.append(f"at most {declared.maximum}")
     return "; ".join(words)

@@ -100,7 +100,7 @@ def test_layout_extends_angles_and_predicts_differences():
         {"imitation": "guessing"},
         {"starts": ("last", "nowhere")},
         {"evaluations": 0},
-        {"variance_weight": -1.0},
+        {"options": {"feature_matching.variance_weight": -1.0}},
         {"discount": 1.5},
         {"threads": 3},
         {"weight_floor": float("nan")},

@@ -21,19 +21,20 @@ def searchable() -> tuple[str, ...]:
     return tuple(cls.kind for cls in REGISTRY.classes() if cls.searchable)
 
 
-def from_arrays(kind: str, arrays: Mapping[str, Any]) -> Policy:
-    """Return the policy of a kind from the arrays that its `to_arrays` returned.
+def from_arrays(arrays: Mapping[str, Any]) -> Policy:
+    """Return the policy from what its `to_arrays` returned.
 
     Args:
-        kind: A name in `REGISTRY`.
-        arrays: Fields of the policy by name, of the right shapes; integers may be 0-d arrays.
+        arrays: `kind`, and the fields of the policy by name, of the right shapes; lists are fine,
+            and numbers may be 0-d arrays.
 
     Raises:
         InvalidSettingError: unknown kind, missing or unknown names, wrong shapes, not finite.
     """
-    cls = REGISTRY.get(kind)
-    check_names(cls, arrays)
-    return cls(**arrays)
+    cls = REGISTRY.get(str(arrays["kind"]))
+    fields = {name: value for name, value in arrays.items() if name != "kind"}
+    check_names(cls, fields)
+    return cls(**fields)
 
 
 __all__ = [

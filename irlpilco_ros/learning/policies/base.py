@@ -20,8 +20,8 @@ from irlpilco_ros.learning.policies.declaration import Declared, declared, with_
 from irlpilco_ros.learning.registry import Extension, Registry
 from irlpilco_ros.learning.task import Task
 
-Arrays = dict[str, Array | float | int]
-"""A policy as named arrays and numbers: what files and ROS parameters hold."""
+Arrays = dict[str, Array | float | int | str]
+"""A policy as its `kind` and named arrays and numbers: what files and ROS parameters hold."""
 
 SMALL = 0.1
 """Standard deviation of the parameters that PILCO's first search starts from."""
@@ -98,7 +98,7 @@ class Policy(Extension):
 
     def fit_demonstration(self, states: Array, controls: Array) -> Self | None:
         """Return the policy for the first trial: arguments as `fit`, one row for each step."""
-        return self.fit(np.arange(len(states)), states, controls)
+        return self.fit(np.arange(float(len(states))), states, controls)
 
     @property
     def parameters(self) -> Array:
@@ -168,7 +168,8 @@ class Policy(Extension):
 
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
-        return {each.name: getattr(self, each.name) for each in declared(type(self))}
+        fields = {each.name: getattr(self, each.name) for each in declared(type(self))}
+        return {"kind": self.kind, **fields}
 
     @classmethod
     def from_lists(cls, values: Mapping[str, Any], sizes: Mapping[str, int]) -> Self:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -126,15 +125,22 @@ def _field(shape: str, description: str, unit: str, minimum: float | None, searc
     return dataclasses.field(metadata=metadata)
 
 
-@cache
+_known: dict[type[Any], tuple[Declared, ...]] = {}
+
+
 def declared(cls: type[Any]) -> tuple[Declared, ...]:
     """Return the fields of a kind of policy, in their order.
 
     Raises:
         InvalidSettingError: a field is not declared by a function of this module.
     """
+    if cls not in _known:
+        _known[cls] = tuple(_declarations(cls))
+    return _known[cls]
+
+
+def _declarations(cls: type[Any]) -> Iterator[Declared]:
     hints = typing.get_type_hints(cls)
-    found = []
     for field in dataclasses.fields(cls):
         if "shape" not in field.metadata:
             raise InvalidSettingError(
@@ -142,8 +148,7 @@ def declared(cls: type[Any]) -> tuple[Declared, ...]:
                 "parameter(), fixed() or number()"
             )
         kind = int if hints[field.name] is int else float
-        found.append(Declared(name=field.name, kind=kind, **field.metadata))
-    return tuple(found)
+        yield Declared(name=field.name, kind=kind, **field.metadata)
 
 
 def fits(have: tuple[int, ...], shape: tuple[str, ...], sizes: Mapping[str, int]) -> bool:

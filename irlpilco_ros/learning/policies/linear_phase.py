@@ -7,8 +7,9 @@ movement that crosses its own path. The moments stay those of the linear policy.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -77,7 +78,7 @@ class LinearPhasePolicy(Policy):
 
     def fit_demonstration(self, states: Array, controls: Array) -> Self:
         """Return the feed-forward that gives controls before squashing (H, F), nearly."""
-        bumps = ridge(self._phases(np.arange(len(states))), controls, _FEED_FORWARD_RIDGE).T
+        bumps = ridge(self._phases(range(len(states))), controls, _FEED_FORWARD_RIDGE).T
         return dataclasses.replace(self, phase_weights=bumps)
 
     def fit(self, steps: Array, states: Array, controls: Array) -> Self:
@@ -133,7 +134,7 @@ class LinearPhasePolicy(Policy):
         feed_forward: Array = self.phase_weights @ phase_features(step, count, self.horizon)
         return feed_forward
 
-    def _phases(self, steps: Array) -> Array:
+    def _phases(self, steps: Iterable[Any]) -> Array:
         """Return psi(t) of steps (n,), shape (n, K)."""
         count = self.phase_weights.shape[1]
         return np.stack([phase_features(int(t), count, self.horizon) for t in steps])
