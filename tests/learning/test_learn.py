@@ -40,7 +40,12 @@ def test_learning_beats_replay_within_three_iterations():
     [
         {"imitation": "feature_expectations"},
         {"imitation": "trajectory_kl"},
-        {"policy": "linear", "prior_mean": "zero", "options": {"feature_matching.variance_weight": 0.0}, "optimiser": "lbfgs"},
+        {
+            "policy": "linear",
+            "prior_mean": "zero",
+            "options": {"feature_matching.variance_weight": 0.0},
+            "optimiser": "lbfgs",
+        },
         {"policy": "rbf", "options": {"rbf.count": 5}, "optimiser": "lbfgs"},
         {"covariance_approximation": "exact", "starts": ("last", "zero", "initial", "random")},
         {"weight_rule": "projection", "discount": 0.9, "initial_policy": "random"},
