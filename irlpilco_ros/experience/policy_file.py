@@ -46,7 +46,7 @@ def parameter_types() -> dict[str, type]:
     Those of `names_parameters` are lists of names, every other list is one of numbers.
     """
     types: dict[str, type] = {f"{PREFIX}kind": str, **dict.fromkeys(names_parameters(), list)}
-    for kind in policies.KINDS.values():
+    for kind in policies.REGISTRY.classes():
         hints = typing.get_type_hints(kind)
         for field in dataclasses.fields(kind):
             hint = hints[field.name]

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning import policies
+from irlpilco_ros.learning.registry import Extension
+from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
 
 @dataclass(frozen=True)
 class LearningSettings:
-    """How to learn from a demonstration; the field names are the ROS parameters and YAML keys."""
+    """How to learn from a demonstration; the field names are the ROS parameters and YAML keys.
+
+    Settings of extensions are in `options`, named `<extension>.<setting>`, and ROS parameters of
+    just these names: `LearningSettings(policy="rbf", options={"rbf.count": 25})`.
+    """
 
     imitation: str = setting(
         "feature_matching",
@@ -35,13 +43,10 @@ class LearningSettings:
     )
     policy: str = setting(
         "linear_phase",
-        "Kind of policy: linear with feed-forward over the trial, linear (thesis), or RBF.",
-        choices=("linear_phase", "linear", "rbf"),
+        "Kind of policy: linear with feed-forward over the trial, linear (thesis), RBF, or one of "
+        "another package.",
+        choices=policies.searchable,
     )
-    phase_count: int = setting(
-        16, "Number of feed-forward bumps over the trial (linear_phase).", minimum=1, maximum=1000
-    )
-    rbf_count: int = setting(10, "Number of radial basis functions (rbf).", minimum=1, maximum=1000)
     initial_policy: str = setting(
         "demonstration",
         "First trial: fitted to the demonstration's own speeds, no motion, random parameters "
@@ -72,7 +77,7 @@ class LearningSettings:
     horizon_stages: int = setting(
         1,
         "In how many stages the horizon of policy search grows, as far as the first of the starts "
-        "can follow the demonstration, each with as many evaluations as the race; 1: at once. "
+        "can follow the demonstration, each with as many evaluations as screening; 1: at once. "
         "With feature_matching only.",
         minimum=1,
         maximum=1000,
@@ -117,7 +122,11 @@ class LearningSettings:
     threads: int = setting(
         2, "Threads for the dynamics model; results do not depend on it.", minimum=1, maximum=256
     )
+    options: Mapping[str, Any] = extension_settings(policies.REGISTRY.classes)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "starts", tuple(self.starts))
         check(self)
+
+    def options_of(self, extension: type[Extension]) -> Any:
+        """Return the `Settings` of an extension, such as a kind of policy."""
+        return options_of(self.options, extension)

@@ -85,8 +85,8 @@ def pilco(
 
     Args:
         task: What is to be controlled.
-        settings: `policy` ("rbf" or "linear"), `rbf_count`, `optimiser`, `evaluations`,
-            `covariance`, `seed` and `threads` are used.
+        settings: `policy` ("rbf" or "linear"), `rbf.count`, `optimiser`, `evaluations`,
+            `covariance_approximation`, `seed` and `threads` are used.
         run_trial: Runs a policy on the system and returns what happened.
         iterations: How often to learn.
 
@@ -201,7 +201,7 @@ def random_start(task: ControlTask, settings: LearningSettings) -> Policy:
             f"policy is {settings.policy!r}; classical PILCO learns one of: rbf, linear"
         )
     spread = extended.covariance[np.ix_(viewed, viewed)]
-    count = settings.rbf_count
+    count = settings.options_of(RbfPolicy).count
     centres = rng.multivariate_normal(extended.mean[viewed], spread, count, method="eigh")
     targets = 0.1 * rng.standard_normal((count, F))
     return RbfPolicy(centres, targets, np.zeros((F, len(viewed))), task.control_limit)

@@ -24,7 +24,7 @@ from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
 pytestmark = pytest.mark.slow
 
-FEWER = {"evaluations": 6, "race": 2, "stages": 2}
+FEWER = {"evaluations": 6, "screening_evaluations": 2, "horizon_stages": 2}
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from irlpilco_ros.experience.errors import IncompleteTrialError, RunDirectoryErr
 from irlpilco_ros.experience.policy_file import policy_from_parameters, read_policy_file
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
-SETTINGS = LearningSettings(evaluations=8, phase_count=3)
+SETTINGS = LearningSettings(evaluations=8, options={"linear_phase.count": 3})
 
 
 @pytest.fixture(scope="module")
@@ -157,9 +157,16 @@ def test_cancelled_learning_leaves_nothing_behind(copy, reopen):
     assert sorted(path.name for path in copy.rglob("*")) == before
 
 
-@pytest.mark.parametrize("change", [{"phase_count": 4}, {"seed": 1}, {"optimiser": "lbfgs"}])
-def test_another_configuration_is_refused_by_name(copy, reopen, change):
-    with pytest.raises(RunDirectoryError, match=next(iter(change))):
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("linear_phase.count", {"options": {"linear_phase.count": 4}}),
+        ("seed", {"seed": 1}),
+        ("optimiser", {"optimiser": "lbfgs"}),
+    ],
+)
+def test_another_configuration_is_refused_by_name(copy, reopen, name, change):
+    with pytest.raises(RunDirectoryError, match=name):
         reopen(copy, settings=dataclasses.replace(SETTINGS, **change))
 
 

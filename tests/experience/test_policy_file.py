@@ -41,7 +41,7 @@ def same(left: policies.Policy, right: policies.Policy) -> bool:
     return left.kind == right.kind and all(np.array_equal(a[name], b[name]) for name in {*a, *b})
 
 
-@pytest.mark.parametrize("kind", policies.KINDS)
+@pytest.mark.parametrize("kind", policies.REGISTRY.names())
 def test_every_kind_survives_parameters_and_file_bit_by_bit(tmp_path, kind):
     policy = example(kind)
     parameters = policy_to_parameters(policy, JOINTS)

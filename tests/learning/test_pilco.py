@@ -22,7 +22,9 @@ from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
 
 LAYOUT = StateLayout(2, angles=(0,), dynamics_inputs=(1, 2, 3), policy_inputs=(1, 2, 3))
-SETTINGS = LearningSettings(policy="rbf", rbf_count=6, optimiser="lbfgs", evaluations=25, threads=1)
+SETTINGS = LearningSettings(
+    policy="rbf", options={"rbf.count": 6}, optimiser="lbfgs", evaluations=25, threads=1
+)
 
 
 def pendulum_task(horizon=8):

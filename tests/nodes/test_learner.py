@@ -25,7 +25,7 @@ from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
 
 pytestmark = pytest.mark.dds
 
-SETTINGS = {"evaluations": 6, "phase_count": 3}
+SETTINGS = {"evaluations": 6, "linear_phase.count": 3}
 
 
 class FakeRobot:

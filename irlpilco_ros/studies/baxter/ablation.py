@@ -22,7 +22,7 @@ CHANGES: dict[str, dict[str, Any]] = {
     "start from the last policy only": {"starts": ("last",)},
     "L-BFGS": {"optimiser": "lbfgs"},
     "L-BFGS, 80 evaluations": {"optimiser": "lbfgs", "evaluations": 80},
-    "exact covariance": {"covariance": "exact"},
+    "exact covariance": {"covariance_approximation": "exact"},
     "weights of the latest trial": {"weight_rule": "latest"},
     "projection weights": {"weight_rule": "projection"},
     "uniform weights": {"weight_rule": "uniform"},

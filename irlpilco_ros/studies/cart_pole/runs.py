@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from irlpilco_ros.experience.configuration import differing_keys
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.learning.costs import StateCost
 from irlpilco_ros.learning.errors import InvalidSettingError
@@ -38,6 +39,7 @@ from irlpilco_ros.learning.pilco import (
 from irlpilco_ros.learning.policies import Policy, from_arrays
 from irlpilco_ros.learning.prediction.predicted_trajectory import PredictedTrajectory
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.settings import values_of
 from irlpilco_ros.learning.task import Task
 from sim_bridge.cart_pole_equations import CartPoleParameters, tip_distance
 from sim_bridge.cart_pole_simulation import (
@@ -60,7 +62,7 @@ START_SPREAD = CartPoleSettings().start_spread
 
 EXPERT_SETTINGS = LearningSettings(
     policy="rbf",
-    rbf_count=25,
+    options={"rbf.count": 25},
     optimiser="bfgs",
     evaluations=120,
     covariance_approximation="first_order",
@@ -144,8 +146,8 @@ def claim(out: Path, demonstration: Rollout, settings: LearningSettings) -> None
     """
     own: dict[str, Any] = {
         "demonstration": hashlib.sha256(demonstration.states.tobytes()).hexdigest()[:16],
-        "imitation": dataclasses.asdict(settings),
-        "expert": dataclasses.asdict(EXPERT_SETTINGS),
+        "imitation": values_of(settings),
+        "expert": values_of(EXPERT_SETTINGS),
     }
     del own["imitation"]["imitation"]
     own = json.loads(json.dumps(own))
@@ -155,12 +157,17 @@ def claim(out: Path, demonstration: Rollout, settings: LearningSettings) -> None
         write_atomically(file, json.dumps(own, indent=1).encode())
         return
     found = json.loads(file.read_text())
-    differ = [name for name, value in own.items() if found.get(name) != value]
+    differ = [name for name in own if _differs(found.get(name), own[name])]
     if differ:
         raise InvalidSettingError(
             f"{out} has runs made with other settings ({', '.join(differ)}; see {file}); "
             "choose another folder with --out, or remove this one"
         )
+
+
+def _differs(before: Any, now: Any) -> bool:
+    settings = isinstance(before, dict) and isinstance(now, dict)
+    return bool(differing_keys(before, now)) if settings else bool(before != now)
 
 
 def expert_task() -> ControlTask:
