@@ -14,7 +14,7 @@ setup(
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge", "sim_bridge.*"]),
     package_data={
-        NAME: ["py.typed", "**/*.html", "**/*.css", "**/*.js"],
+        NAME: ["py.typed", "report/templates/*"],
         "sim_bridge": ["py.typed", "**/*.xml", "**/*.yaml", "**/*.md", "**/*.png"],
     },
     data_files=[
@@ -27,6 +27,7 @@ setup(
     ],
     # rclpy and the messages come from a ROS 2 that is installed, or from requirements/.
     install_requires=[
+        "jinja2>=3.1",
         "joblib>=1.4",
         "matplotlib",
         "mcap>=1.2",
@@ -39,6 +40,10 @@ setup(
         "tqdm",
     ],
     extras_require={"dask": ["distributed"]},  # irlpilco study --dask
-    entry_points={"console_scripts": [f"irlpilco = {NAME}.cli:main"]},
+    entry_points={
+        "console_scripts": [f"irlpilco = {NAME}.cli:main"],
+        # As any other package offers its own: learning/ knows nothing of the simulator.
+        f"{NAME}.features": ["tools = sim_bridge.tool_features:ToolPoints"],
+    },
     zip_safe=False,
 )

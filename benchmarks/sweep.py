@@ -5,19 +5,14 @@ Only computing is timed, not the robot: the thesis needed about thirty hours for
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 
 from benchmarks.timing import conditions
-from irlpilco_ros.learning.irl_pilco import (
-    LearningSettings,
-    Rollout,
-    Task,
-    initial_policy,
-    judge,
-    learn,
-    open_loop_policy,
-)
+from irlpilco_ros.learning import LearningSettings, Rollout, Task, apprenticeship, judge
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration, run_episode
 from sim_bridge.simulation_settings import SimulationSettings
@@ -41,16 +36,13 @@ def main() -> None:
 
     replay = judge(task, run(open_loop_policy(task))).rmse
     print(f"replay of the demonstration: RMSE {replay:.4f} rad")
-    trials, previous, total = [run(initial_policy(task, settings))], None, 0.0
     print("iteration   model s  policy s  total s  evaluations  RMSE [rad]")
-    print(f"{0:9d}{'':41s}{judge(task, trials[0]).rmse:12.4f}")
-    for k in range(1, ITERATIONS + 1):
-        previous = learn(task, settings, trials, previous)
-        total += previous.model_seconds + previous.policy_seconds
-        trials.append(run(previous.policy))
-        bar = f"   (bar {BARS[k]} s)" if k in BARS else ""
+    total = 0.0
+    for done in islice(apprenticeship(task, settings, run), ITERATIONS + 1):
+        total += done.model_seconds + done.policy_seconds
+        bar = f"   (bar {BARS[done.index]} s)" if done.index in BARS else ""
         print(
-            f"{k:9d}{previous.model_seconds:10.2f}{previous.policy_seconds:10.2f}{total:9.1f}"
-            f"{previous.evaluations:13d}{judge(task, trials[-1]).rmse:12.4f}{bar}",
+            f"{done.index:9d}{done.model_seconds:10.2f}{done.policy_seconds:10.2f}{total:9.1f}"
+            f"{done.evaluations:13d}{judge(task, done.trial).rmse:12.4f}{bar}",
             flush=True,
         )

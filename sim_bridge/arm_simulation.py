@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.settings import check, setting
 from sim_bridge.errors import InvalidCommandError
 from sim_bridge.guided_motion import GuidedMotion
-from sim_bridge.joint_reading import JointReading
+from sim_bridge.sensor_reading import SensorReading
 
 Vector = NDArray[np.float64]
 
@@ -47,7 +49,7 @@ class ArmSettings:
 class ArmSimulation:
     """An arm whose MJCF has one velocity actuator for each joint, of the same name.
 
-    It is a `Robot` for `sim_bridge.episode.run_trial`.
+    It is a `Robot` for `sim_bridge.episode`.
     """
 
     def __init__(self, model: Path = PANDA, settings: ArmSettings | None = None) -> None:
@@ -58,13 +60,25 @@ class ArmSimulation:
         self.joint_names: tuple[str, ...] = tuple(
             self.model.actuator(index).name for index in range(self.model.nu)
         )
-        self.commanded_names = self.joint_names
         joints = [self.model.joint(name) for name in self.joint_names]
         self._qpos = np.array([joint.qposadr[0] for joint in joints])
         self._dof = np.array([joint.dofadr[0] for joint in joints])
         self._steps = round(PERIOD * 1e-9 / self.model.opt.timestep)
         self._rng = np.random.default_rng(self.settings.seed)
         self.place(np.zeros(len(joints)))
+
+    @cached_property
+    def robot_settings(self) -> RobotSettings:
+        """What a controller must know of this arm."""
+        lower, upper = self.model.jnt_range[
+            [self.model.joint(name).id for name in self.joint_names]
+        ].T
+        return RobotSettings(
+            joints=self.joint_names,
+            position_lower=tuple(lower),
+            position_upper=tuple(upper),
+            velocity_limit=tuple(self.model.actuator_ctrlrange[:, 1]),
+        )
 
     def place(self, positions: ArrayLike, velocities: ArrayLike | None = None) -> None:
         """Put the arm somewhere, at rest unless velocities (J,) [rad/s] are given; time goes on.
@@ -105,7 +119,7 @@ class ArmSimulation:
             mujoco.mj_step(self.model, self.data)
         self._measure()
 
-    def read(self) -> JointReading:
+    def read(self) -> SensorReading:
         """Return the present joint states; asked again before `step`, the same ones."""
         return self._reading
 
@@ -121,7 +135,7 @@ class ArmSimulation:
     def _measure(self) -> None:
         joints = len(self.joint_names)
         noise = self._rng.standard_normal((2, joints))
-        self._reading = JointReading(
+        self._reading = SensorReading(
             stamp=round(self.data.time * 1e9),
             names=self.joint_names,
             positions=self.data.qpos[self._qpos] + self.settings.position_noise * noise[0],

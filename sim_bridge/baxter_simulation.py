@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from sim_bridge import debris
 from sim_bridge.baxter_model import build_model
 from sim_bridge.errors import DivergedError, InvalidCommandError
-from sim_bridge.joint_reading import JointReading
 from sim_bridge.joint_servos import Drive, JointServos
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
+from sim_bridge.sensor_reading import SensorReading
 from sim_bridge.simulation_settings import SimulationSettings
 
 Vector = NDArray[np.float64]
@@ -35,7 +37,6 @@ class BaxterSimulation:
     """
 
     joint_names = ARM_JOINTS
-    commanded_names = ARM_JOINTS
     published_names = PUBLISHED_JOINTS
 
     def __init__(self, settings: SimulationSettings | None = None) -> None:
@@ -75,6 +76,17 @@ class BaxterSimulation:
     def velocity_limit(self) -> Vector:
         """Largest speed of the arm joints, shape (14,) [rad/s]."""
         return np.array(self.model.actuator_ctrlrange[self._actuator, 1])
+
+    @cached_property
+    def robot_settings(self) -> RobotSettings:
+        """What a controller must know of this robot."""
+        lower, upper = self.position_limits
+        return RobotSettings(
+            joints=self.joint_names,
+            position_lower=tuple(lower),
+            position_upper=tuple(upper),
+            velocity_limit=tuple(self.velocity_limit),
+        )
 
     @property
     def nanoseconds(self) -> int:
@@ -149,7 +161,7 @@ class BaxterSimulation:
             )
         self._measure()
 
-    def read(self) -> JointReading:
+    def read(self) -> SensorReading:
         """Return the present joint states; asked again before `step`, the same ones."""
         return self._reading
 
@@ -181,7 +193,7 @@ class BaxterSimulation:
         velocities = self.data.qvel[self._published_dof]
         positions[self._arm_in_published] += self.settings.position_noise * noise[0]
         velocities[self._arm_in_published] += self.settings.velocity_noise * noise[1]
-        self._reading = JointReading(
+        self._reading = SensorReading(
             stamp=self.nanoseconds,
             names=PUBLISHED_JOINTS,
             positions=positions,

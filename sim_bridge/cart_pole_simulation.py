@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, setting
 from sim_bridge.cart_pole_equations import CartPoleParameters, integrate
 from sim_bridge.errors import InvalidCommandError
-from sim_bridge.joint_reading import JointReading
 from sim_bridge.pace_settings import PaceSettings
+from sim_bridge.sensor_reading import SensorReading
 
 Vector = NDArray[np.float64]
 
@@ -59,6 +60,17 @@ class CartPoleSimulation:
 
     joint_names = CART_POLE_JOINTS.names
     commanded_names = CART_POLE_JOINTS.commanded
+    robot_settings = RobotSettings(
+        joints=CART_POLE_JOINTS.names,
+        unactuated_joints=CART_POLE_JOINTS.unactuated,
+        continuous_joints=CART_POLE_JOINTS.continuous,
+        position_lower=(-100.0, -1000.0),
+        position_upper=(100.0, 1000.0),
+        velocity_limit=(100.0, 1000.0),
+        effort_limit=(FORCE_LIMIT, 0.0),
+        command_interface="effort",
+    )
+    """What a controller must know of it; the track has no end worth speaking of."""
 
     def __init__(self, settings: CartPoleSettings | None = None) -> None:
         """Build the cart-pole; it stands at a random start."""
@@ -122,7 +134,7 @@ class CartPoleSimulation:
         self._periods += 1
         self._measure()
 
-    def read(self) -> JointReading:
+    def read(self) -> SensorReading:
         """Return the present joint states; asked again before `step`, the same ones."""
         return self._reading
 
@@ -130,7 +142,7 @@ class CartPoleSimulation:
         settings = self.settings
         noise = np.array([settings.position_noise] * 2 + [settings.velocity_noise] * 2)
         measured = self._state + noise * self._rng.standard_normal(4)
-        self._reading = JointReading(
+        self._reading = SensorReading(
             stamp=self.nanoseconds,
             names=self.joint_names,
             positions=measured[:2],

@@ -22,11 +22,11 @@ from irlpilco_ros.control.joint_state_tracker import JointReading, JointStateTra
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.health import OK, WARN, Health
-from irlpilco_ros.ros.messages import sample, time_message
+from irlpilco_ros.ros.messages import joint_state, time_message
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
-from sim_bridge.guided_motion import Approach, GuidedMotion, load_motion
+from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
 
 GUIDE_TOPIC = "baxter_simulator/guide"
 _SETTLE = 0.25  # [s] that the hands stay at the end of a motion
@@ -60,7 +60,7 @@ class DemonstratorSettings:
 class _Performance:
     """A motion under way; `begin` is the stamp of the state at which it began [ns]."""
 
-    motion: GuidedMotion | Approach
+    motion: GuidedMotion | MinimumJerk
     begin: int
     done: Future
 
@@ -135,7 +135,7 @@ class DemonstratorNode(Node):
             await self._calls.sleep(_POLL)
 
     def _on_state(self, message: JointState) -> None:
-        state = sample(message)
+        state = joint_state(message)
         self._tracker.update(state, time.monotonic())
         reading = self._tracker.reading()
         if reading is None or self._requested is None or self._requested[1].done():
@@ -152,7 +152,7 @@ class DemonstratorNode(Node):
     def _begin(self, what: str, done: Future, reading: JointReading) -> _Performance | None:
         start, _ = self._motion.at(0.0)
         if what == "move_to_start":
-            approach = Approach.within_speed(
+            approach = MinimumJerk.within_speed(
                 reading.positions, start, self._settings.approach_speed
             )
             return _Performance(approach, reading.stamp, done)

@@ -1,7 +1,7 @@
-"""Trials and demonstrations in one process, tick for tick as the nodes do them over ROS.
+"""Trials and demonstrations in one process: the controller's own motions on a simulated robot.
 
-Tick k is the first joint state at or after k control periods. The policy decides on what that
-state reports, noise included, and its command is repeated with every state until the next tick.
+What runs here is what the controller's node runs, `MotionControl` with the same motions and the
+same checks; only the wire between them is left out.
 """
 
 from __future__ import annotations
@@ -12,45 +12,44 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.control.controller_settings import ControllerSettings
+from irlpilco_ros.control.motion_control import MotionControl, Outcome
+from irlpilco_ros.control.motions import (
+    ActingPolicy,
+    Approach,
+    Command,
+    Motion,
+    MotionStoppedError,
+    Trial,
+)
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.rollout import Rollout
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import ApproachError
-from sim_bridge.guided_motion import Approach, GuidedMotion, load_motion
-from sim_bridge.joint_reading import JointReading
+from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.sensor_reading import SensorReading
 
 Vector = NDArray[np.float64]
 
-APPROACH_SPEED = 0.4  # [rad/s] of the fastest joint
-APPROACH_TOLERANCE = 0.002  # [rad]
-_APPROACH_GAIN = 3.0  # [1/s]
-_PATIENCE = 5.0  # [s] more than twice the expected time until an approach has failed
+SETTINGS = ControllerSettings(position_margin=-1.0)
+"""The controller's settings, but joints may lean on their stops, as a random policy makes them."""
+
 _S0 = [ARM_JOINTS.index("left_s0"), ARM_JOINTS.index("right_s0")]
 _S1 = [ARM_JOINTS.index("left_s1"), ARM_JOINTS.index("right_s1")]
 _SPREAD = np.array([1.2, -1.2])  # [rad] of s0: both arms point outwards
 _RAISED = -0.9  # [rad] of s1: hands well above the table
-_SLOW = 0.03  # [rad/s]: above the noise of measured velocities
-
-
-class Policy(Protocol):
-    """What a trial needs of a policy (see irlpilco_ros.learning.policies)."""
-
-    def act(self, state: Vector, step: int) -> Vector:
-        """Return the control (F,) [rad/s] for the state (D,) at this tick."""
 
 
 class Robot(Protocol):
-    """What a trial needs of a simulated robot."""
+    """What a motion needs of a simulated robot."""
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints of the state."""
+    def robot_settings(self) -> RobotSettings:
+        """What a controller must know of it."""
 
-    @property
-    def commanded_names(self) -> tuple[str, ...]:
-        """Those of them that are commanded."""
-
-    def read(self) -> JointReading:
+    def read(self) -> SensorReading:
         """Return the present joint states."""
 
     def command(self, names: Sequence[str], values: ArrayLike, /) -> None:
@@ -61,7 +60,11 @@ class Robot(Protocol):
 
 
 def run_episode(
-    simulation: BaxterSimulation, policy: Policy, start: ArrayLike, horizon: int, dt: float = 0.5
+    simulation: BaxterSimulation,
+    policy: ActingPolicy,
+    start: ArrayLike,
+    horizon: int,
+    dt: float = 0.5,
 ) -> Rollout:
     """Move to the start and run one trial.
 
@@ -77,29 +80,62 @@ def run_episode(
 
     Raises:
         ApproachError: the arms did not reach the start.
-        InvalidCommandError: the policy's control is not finite or has a wrong length.
+        MotionStoppedError: as `run_trial`.
     """
     move_to_start(simulation, start)
     return run_trial(simulation, policy, horizon, dt)
 
 
-def run_trial(simulation: Robot, policy: Policy, horizon: int, dt: float = 0.5) -> Rollout:
-    """Run one trial from where the robot is; arguments and result as `run_episode`."""
-    names, commanded = simulation.joint_names, simulation.commanded_names
-    begin = simulation.read().stamp
-    states, controls = [], []
-    for tick in range(horizon):
-        state = simulation.read().state(names)
-        control = policy.act(state, tick)
-        states.append(state)
-        controls.append(control)
-        tick_end = begin + round((tick + 1) * dt * 1e9)
-        while simulation.read().stamp < tick_end:
-            simulation.command(commanded, control)
-            simulation.step()
-    states.append(simulation.read().state(names))
-    simulation.command(commanded, np.zeros(len(commanded)))
-    return Rollout(states=np.array(states), controls=np.array(controls))
+def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5) -> Rollout:
+    """Run one trial from where the robot is; arguments and result as `run_episode`.
+
+    Raises:
+        MotionStoppedError: a check stopped the robot, as it would on the real one.
+    """
+    states: list[Vector] = []
+    decided: list[Command] = []
+
+    def note(reading: SensorReading, command: Command) -> None:
+        if not decided or command.stamp != decided[-1].stamp:
+            states.append(reading.state(robot.robot_settings.joints))
+            decided.append(command)
+
+    outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
+    if not outcome.succeeded:
+        raise MotionStoppedError(outcome.message)
+    controls = np.array([command.values for command in decided[:-1]])
+    return Rollout(states=np.array(states), controls=controls)
+
+
+def _carry_out(
+    robot: Robot, motion: Motion, note: Callable[[SensorReading, Command], None] | None = None
+) -> Outcome:
+    """Have a controller carry out a motion; `note` gets every state and the answer to it."""
+    control = MotionControl(robot.robot_settings, SETTINGS)
+    outcomes: list[Outcome] = []
+    commanded = robot.robot_settings.roles.commanded
+    control.take(_message(robot.read()), 0.0)
+    control.start(motion, 0.0, outcomes.append)
+    while True:
+        reading = robot.read()
+        command = control.take(_message(reading), 0.0)
+        assert command is not None  # every state is a new one
+        if note is not None:
+            note(reading, command)
+        robot.command(commanded, command.values)
+        if outcomes:
+            return outcomes[0]
+        robot.step()
+
+
+def _message(reading: SensorReading) -> JointStateMessage:
+    return JointStateMessage(
+        reading.stamp,
+        reading.names,
+        tuple(reading.positions.tolist()),
+        tuple(reading.velocities.tolist()),
+        tuple(reading.efforts.tolist()),
+    )
 
 
 def move_to_start(simulation: BaxterSimulation, start: ArrayLike) -> None:
@@ -112,39 +148,21 @@ def move_to_start(simulation: BaxterSimulation, start: ArrayLike) -> None:
         ApproachError: something is still in the way.
     """
     goal = np.asarray(start, dtype=float)
-    if _approach(simulation, goal):
+    if _approach(simulation, goal).succeeded:
         return
     spread = _with_shoulders(simulation.true_positions, _SPREAD, _RAISED)
     above = _with_shoulders(goal, 0.7 * _SPREAD, goal[_S1] - 0.3)
     for waypoint in (spread, above):
         _approach(simulation, waypoint)
-    if not _approach(simulation, goal):
-        distance = goal - simulation.true_positions
-        furthest = int(np.abs(distance).argmax())
-        raise ApproachError(
-            f"{simulation.joint_names[furthest]} is still {distance[furthest]:.4f} [rad] from the "
-            f"start; expected {APPROACH_TOLERANCE} [rad]: is an arm blocked, or loaded beyond "
-            "what its servo holds?"
-        )
+    outcome = _approach(simulation, goal)
+    if not outcome.succeeded:
+        raise ApproachError(outcome.message)
 
 
-def _approach(simulation: BaxterSimulation, goal: Vector) -> bool:
-    """Go straight to a goal; False if the arms are not there long after they should be."""
-    names = simulation.joint_names
-    joints = len(names)
-    expected = np.abs(goal - simulation.true_positions).max() / APPROACH_SPEED
-    for _ in range(round((2.0 * expected + _PATIENCE) * 100)):
-        state = simulation.read().state(names)
-        distance = goal - state[:joints]
-        if np.abs(distance).max() < APPROACH_TOLERANCE and np.abs(state[joints:]).max() < _SLOW:
-            simulation.command(names, np.zeros(joints))
-            simulation.step()
-            return True
-        velocities = _APPROACH_GAIN * distance
-        velocities *= min(1.0, APPROACH_SPEED / np.abs(velocities).max())
-        simulation.command(names, velocities)
-        simulation.step()
-    return False
+def _approach(simulation: BaxterSimulation, goal: Vector) -> Outcome:
+    """Go straight to a goal."""
+    robot = simulation.robot_settings
+    return _carry_out(simulation, Approach(robot.joints, goal, robot.control_limit, SETTINGS))
 
 
 def _with_shoulders(positions: Vector, s0: ArrayLike, s1: ArrayLike) -> Vector:
@@ -176,7 +194,9 @@ def guide_to_start(simulation: BaxterSimulation, motion: GuidedMotion) -> None:
     """Guide the arms smoothly to the first waypoint."""
     index = [simulation.joint_names.index(name) for name in motion.joints]
     start, _ = motion.at(0.0)
-    approach = Approach.within_speed(simulation.true_positions[index], start, APPROACH_SPEED)
+    approach = MinimumJerk.within_speed(
+        simulation.true_positions[index], start, SETTINGS.approach_speed
+    )
     begin = simulation.nanoseconds
     while (elapsed := (simulation.nanoseconds - begin) * 1e-9) < approach.duration:
         simulation.guide(motion.joints, *approach.at(elapsed))

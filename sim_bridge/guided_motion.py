@@ -89,7 +89,7 @@ class GuidedMotion:
 
 
 @dataclass(frozen=True)
-class Approach:
+class MinimumJerk:
     """A smooth motion from standing to standing, straight in joint space (minimum jerk).
 
     Attributes:
@@ -103,7 +103,7 @@ class Approach:
     duration: float
 
     @classmethod
-    def within_speed(cls, start: ArrayLike, goal: ArrayLike, speed: float) -> Approach:
+    def within_speed(cls, start: ArrayLike, goal: ArrayLike, speed: float) -> MinimumJerk:
         """Return the approach on which no joint is faster than `speed` [rad/s]."""
         first, last = np.asarray(start, dtype=float), np.asarray(goal, dtype=float)
         distance = float(np.abs(last - first).max())

@@ -17,9 +17,9 @@ from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB
 from sim_bridge.errors import DivergedError, InvalidCommandError
-from sim_bridge.joint_reading import JointReading
 from sim_bridge.pace_settings import PaceSettings
 from sim_bridge.pacemaker import Pacemaker
+from sim_bridge.sensor_reading import SensorReading
 
 PERIOD = 10_000_000  # [ns] between two joint states
 _REPEAT = 0.05  # [s] of wall time between repetitions of a state that nobody answered
@@ -36,7 +36,7 @@ class Simulation(Protocol):
     def step(self) -> None:
         """Advance by one period."""
 
-    def read(self) -> JointReading:
+    def read(self) -> SensorReading:
         """Return the present joint states."""
 
     def reset(self) -> None:

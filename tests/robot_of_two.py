@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from irlpilco_ros.control.joint_state_tracker import JointReading, Sample
+from irlpilco_ros.control.joint_state_tracker import JointReading
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.experience.robot_settings import RobotSettings
 
 JOINTS = ("elbow", "wrist")
@@ -27,5 +28,5 @@ def reading(time=0.0, positions=(0.0, 0.0), velocities=(0.0, 0.0)) -> JointReadi
     return JointReading(nanoseconds(time), np.array(positions), np.array(velocities))
 
 
-def sample(time=0.0, positions=(0.0, 0.0), velocities=(0.0, 0.0)) -> Sample:
-    return Sample(nanoseconds(time), JOINTS, tuple(positions), tuple(velocities))
+def sample(time=0.0, positions=(0.0, 0.0), velocities=(0.0, 0.0)) -> JointStateMessage:
+    return JointStateMessage(nanoseconds(time), JOINTS, tuple(positions), tuple(velocities))

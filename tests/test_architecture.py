@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+import irlpilco_ros.learning
+
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted([*ROOT.glob("irlpilco_ros/**/*.py"), *ROOT.glob("sim_bridge/**/*.py")])
 
@@ -43,7 +45,12 @@ MAY_IMPORT = {
     "irlpilco_ros.ros": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "irlpilco_ros.nodes": (*BELOW_CONTROL, "irlpilco_ros.control", "irlpilco_ros.ros"),
     "irlpilco_ros.report": (*BELOW_CONTROL, "sim_bridge"),
-    "irlpilco_ros.studies": (*BELOW_CONTROL, "irlpilco_ros.report", "sim_bridge"),
+    "irlpilco_ros.studies": (
+        *BELOW_CONTROL,
+        "irlpilco_ros.control",
+        "irlpilco_ros.report",
+        "sim_bridge",
+    ),
     "sim_bridge": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "sim_bridge nodes": (
         *BELOW_CONTROL,
@@ -115,6 +122,18 @@ def test_learning_needs_only_numpy_scipy_and_threadpoolctl():
         if is_within(name_of(path), "irlpilco_ros.learning")
         for module in imports(path)
         if module.split(".")[0] not in allowed
+    ]
+    assert foreign == []
+
+
+def test_examples_need_only_the_public_learning_api_and_numpy():
+    allowed = {*sys.stdlib_module_names, "numpy"}
+    foreign = [
+        f"{path.name}: {module}"
+        for path in sorted(ROOT.glob("examples/*.py"))
+        for module in imports(path)
+        if module.split(".")[0] not in allowed
+        and module.removeprefix("irlpilco_ros.learning.") not in irlpilco_ros.learning.__all__
     ]
     assert foreign == []
 

@@ -10,6 +10,7 @@ import pytest
 from irlpilco_ros.cli import main
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.policy_file import read_policy_file
+from irlpilco_ros.learning.joints import Joints
 
 SWEEP = Path(__file__).parents[1] / "bags" / "sweep"
 
@@ -33,7 +34,7 @@ def test_the_recorded_policies_are_found_again(learned, iteration):
     name = f"policy_{iteration:03d}.yaml"
     found, recorded = (read_policy_file(folder / name)[0] for folder in (learned, SWEEP))
     trial = read_bag(SWEEP / "trials" / f"{iteration:03d}")
-    states = trial.rollout(trial.joint_names).states[:-1]
+    states = trial.rollout(Joints(trial.joint_names)).states[:-1]
     for step, state in enumerate(states):
         np.testing.assert_allclose(
             found.act(state, step), recorded.act(state, step), rtol=0.0, atol=5e-3
@@ -44,7 +45,7 @@ def test_the_recorded_commands_are_those_of_the_policies():
     for iteration in range(3):
         policy = read_policy_file(SWEEP / f"policy_{iteration:03d}.yaml")[0]
         trial = read_bag(SWEEP / "trials" / f"{iteration:03d}")
-        run = trial.rollout(trial.joint_names)
+        run = trial.rollout(Joints(trial.joint_names))
         for step, control in enumerate(run.controls):
             np.testing.assert_allclose(policy.act(run.states[step], step), control, atol=1e-9)
 

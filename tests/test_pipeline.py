@@ -18,6 +18,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.ros.learner_progress import LearnerProgress
 from irlpilco_ros.ros.qos import DIAGNOSTICS
 
@@ -216,7 +217,7 @@ def test_a_learner_killed_in_mid_trial_finds_the_trial_on_disk(pipeline):
 
     def is_whole():
         try:
-            return read_bag(bag).rollout(LEFT_ARM, HORIZON)
+            return read_bag(bag).rollout(Joints(LEFT_ARM), HORIZON)
         except BagError:
             return None
 
@@ -225,4 +226,6 @@ def test_a_learner_killed_in_mid_trial_finds_the_trial_on_disk(pipeline):
     assert pipeline.run.metrics()[begun].trial == int(bag.name)
     # The recorder is still at it; the next iteration ends that first.
     assert pipeline.learn().startswith(f"iteration {begun + 1}: ")
-    np.testing.assert_array_equal(read_bag(bag).rollout(LEFT_ARM, HORIZON).states, recorded.states)
+    np.testing.assert_array_equal(
+        read_bag(bag).rollout(Joints(LEFT_ARM), HORIZON).states, recorded.states
+    )

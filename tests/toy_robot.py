@@ -71,5 +71,6 @@ def record_demonstration(folder: Path, seed: int = 7) -> Path:
 
 def record_trial(plan, folder: Path, steps: int = HORIZON) -> Path:
     """Run the trial of a plan; the noise depends on the iteration only."""
-    trial = trial_of(plan.policy, plan.parameters["start_position"], seed=plan.index, steps=steps)
+    start, iteration = plan.parameters["start_position"], plan.iteration
+    trial = trial_of(iteration.policy, start, seed=iteration.index, steps=steps)
     return write_trajectory(folder, trial)

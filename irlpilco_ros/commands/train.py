@@ -76,14 +76,14 @@ def run(arguments: argparse.Namespace) -> int:
     )
     print(metrics_table.header(), flush=True)
     for bag in bags:
-        plan = prepare(learning)
+        prepare(learning)
         copy = learning.directory.trials_directory / bag.name
         shutil.copytree(bag, copy)
-        report = learning.finish(plan, copy)
+        report = learning.finish(copy)
         print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
     plan = prepare(learning)
     learning.close()
-    print(f"policy for the next trial: {learning.directory.policy_file(plan.index)}")
+    print(f"policy for the next trial: {learning.directory.policy_file(plan.iteration.index)}")
     return 0
 
 

@@ -12,21 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.learning.errors import IrlPilcoError
 
 
 class MalformedJointStateError(IrlPilcoError, ValueError):
     """A joint state's lists do not fit each other."""
-
-
-@dataclass(frozen=True)
-class Sample:
-    """One joint-state message: stamp [ns], names, positions [rad], velocities [rad/s]."""
-
-    stamp: int
-    names: tuple[str, ...]
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -65,11 +56,11 @@ class JointStateTracker:
         self._arrival = np.full(len(self.joints), -math.inf)
         self._stamp: int | None = None
 
-    def update(self, sample: Sample, arrival: float) -> bool:
+    def update(self, message: JointStateMessage, arrival: float) -> bool:
         """Take in one message.
 
         Args:
-            sample: The message.
+            message: The message.
             arrival: When it came [s], on a steady clock.
 
         Returns:
@@ -80,22 +71,22 @@ class JointStateTracker:
             MalformedJointStateError: it names wanted joints but its lists differ in length.
         """
         places = [
-            (i, self._index[name]) for i, name in enumerate(sample.names) if name in self._index
+            (i, self._index[name]) for i, name in enumerate(message.names) if name in self._index
         ]
         if not places:
             return False
-        counts = (len(sample.names), len(sample.positions), len(sample.velocities))
+        counts = (len(message.names), len(message.positions), len(message.velocities))
         if len(set(counts)) != 1:
             raise MalformedJointStateError(
                 f"joint state has {counts[0]} names, {counts[1]} positions and {counts[2]} "
                 "velocities; expected as many of each"
             )
         for source, target in places:
-            self._positions[target] = sample.positions[source]
-            self._velocities[target] = sample.velocities[source]
+            self._positions[target] = message.positions[source]
+            self._velocities[target] = message.velocities[source]
             self._arrival[target] = arrival
-        is_new = sample.stamp != self._stamp
-        self._stamp = sample.stamp
+        is_new = message.stamp != self._stamp
+        self._stamp = message.stamp
         return is_new
 
     def missing(self) -> tuple[str, ...]:

@@ -11,18 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
-from irlpilco_ros.control.joint_state_tracker import (
-    JointStateTracker,
-    MalformedJointStateError,
-    Sample,
-)
+from irlpilco_ros.control.joint_state_tracker import JointStateTracker, MalformedJointStateError
 from irlpilco_ros.control.motions import Command, Motion, MotionStoppedError
 from irlpilco_ros.control.safety import check_command, check_reading
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import IrlPilcoError
 
 
-class RefusedError(IrlPilcoError):
+class MotionRefusedError(IrlPilcoError):
     """A motion cannot start now; the message says why."""
 
 
@@ -68,26 +65,26 @@ class MotionControl:
             finish: Called once, with the outcome.
 
         Raises:
-            RefusedError: disabled, busy, or the joint states are missing, old or not finite.
+            MotionRefusedError: disabled, busy, or the joint states are missing, old or not finite.
         """
         self._check_ready(now)
         self._motion, self._finish = motion, finish
         self._latest = None
         self._was_silent = False
 
-    def take(self, sample: Sample, now: float) -> Command | None:
+    def take(self, message: JointStateMessage, now: float) -> Command | None:
         """Take in a joint state that arrived `now`; return what to send, or None when idle.
 
         Every stamp is answered once: a simulation in lockstep repeats a state until it is
         answered, and a robot may send a stamp twice.
         """
-        if not set(sample.names) & set(self.robot.joints):
+        if not set(message.names) & set(self.robot.joints):
             return None  # a gripper's own message is no state
         try:
-            self._tracker.update(sample, now)
+            self._tracker.update(message, now)
         except MalformedJointStateError as error:
             return self.stop(str(error))
-        if sample.stamp == self._answered:
+        if message.stamp == self._answered:
             return None
         self._answered = None
         reading = self._tracker.reading()
@@ -139,18 +136,20 @@ class MotionControl:
 
     def _check_ready(self, now: float) -> None:
         if not self.enabled:
-            raise RefusedError("the controller is disabled; enable it with controller/enable")
+            raise MotionRefusedError("the controller is disabled; enable it with controller/enable")
         if self._motion is not None:
-            raise RefusedError(f"busy: {self._motion.name} is going on; controller/stop ends it")
+            raise MotionRefusedError(
+                f"busy: {self._motion.name} is going on; controller/stop ends it"
+            )
         silence = self.silence(now)
         if silence:
-            raise RefusedError(silence)
+            raise MotionRefusedError(silence)
         reading = self._tracker.reading()
         assert reading is not None  # nothing is missing
         try:
             check_reading(self.robot, reading)
         except MotionStoppedError as error:
-            raise RefusedError(str(error)) from error
+            raise MotionRefusedError(str(error)) from error
 
     def _check_order(self, stamp: int) -> None:
         latest, self._latest = self._latest, stamp

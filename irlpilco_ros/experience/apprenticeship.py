@@ -1,7 +1,8 @@
 """Algorithm 3 on a run directory: what has been done, what comes next, and how a trial went.
 
 Neither the robot nor ROS is in here: the learner node runs the trials between `prepare` and
-`finish`, and `irlpilco train` takes them from bags.
+`finish`, and `irlpilco train` takes them from bags. The algorithm itself is the core's
+`LearningLoop`; here is what is read and written around it.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import RunDirectoryError
@@ -20,10 +23,14 @@ from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.learning.irl_pilco import initial_policy, judge, learn, open_loop_policy, weigh
+from irlpilco_ros.learning import features
+from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.iteration import Iteration, Progress
+from irlpilco_ros.learning.judgement import judge
+from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import values_of
 from irlpilco_ros.learning.task import Task
@@ -37,16 +44,12 @@ class Plan:
     """The trial that comes next.
 
     Attributes:
-        index: Iteration k; 0 is the initial trial.
-        policy: What the robot is to do.
+        iteration: What was learned for it, and the policy that the robot is to try.
         parameters: What the controller needs for it: policy and start position [rad].
-        iteration: What was learned for it; None for the initial trial.
     """
 
-    index: int
-    policy: Policy
+    iteration: Iteration
     parameters: dict[str, Any]
-    iteration: Iteration | None
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,8 @@ class TrialReport:
 
     Attributes:
         row: Its row of metrics.csv.
-        notes: What a reader should know of the computing, such as jitter that had to be added.
+        notes: What a reader should know, such as jitter that had to be added or that the task
+            counts as learned.
     """
 
     row: MetricsRow
@@ -84,7 +88,7 @@ def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
         tuple(shown.rollout(joints, robot.horizon) for shown in demonstrations),
         robot.control_period,
         robot.control_limit,
-        joints.features,
+        features.REGISTRY.get(robot.features).of_robot(joints),
         layout=joints.layout,
         start_spread=robot.start_spread,
     )
@@ -94,6 +98,19 @@ def controller_parameters(task: Task, policy: Policy, robot: RobotSettings) -> d
     """Return what the controller needs for a trial: the policy, and where it starts [rad]."""
     start = task.reference_states()[0, : len(robot.joints)]
     return {**policy_to_parameters(policy, robot.roles), "start_position": start.tolist()}
+
+
+def joint_rmse(task: Task, trial: Rollout, robot: RobotSettings) -> float:
+    """Return how far the joints were from the demonstration, whatever it is compared by [rad].
+
+    Root mean square over joints and steps t = 1..H; full turns of continuous joints do not count,
+    and joints that slide are in [m].
+    """
+    joints = robot.roles
+    off = (trial.states - task.reference_states())[1:, : len(joints.names)]
+    turning = [joints.names.index(name) for name in joints.continuous]
+    off[:, turning] = np.arctan2(np.sin(off[:, turning]), np.cos(off[:, turning]))
+    return float(np.sqrt(np.mean(off**2)))
 
 
 def configuration(robot: RobotSettings, settings: LearningSettings) -> dict[str, Any]:
@@ -118,6 +135,8 @@ class Apprenticeship:
         self.task = task_of(directory.demonstrations(), robot)
         self._robot = robot
         self._settings = settings
+        trials = self._rollouts()
+        self._loop = LearningLoop(self.task, settings, trials, self._last(len(trials)))
 
     @classmethod
     def open(
@@ -165,7 +184,7 @@ class Apprenticeship:
     @property
     def next_index(self) -> int:
         """Iteration k whose trial comes next; 0 is the initial trial."""
-        return len(self.directory.metrics())
+        return len(self._loop.trials)
 
     def close(self) -> None:
         """Let others work on the run directory."""
@@ -179,29 +198,20 @@ class Apprenticeship:
         Args:
             progress: Called while learning; what it raises breaks off, and nothing is written.
         """
-        index = self.next_index
-        iteration = None
-        if index == 0:
-            policy = initial_policy(self.task, self._settings)
-            parameters = controller_parameters(self.task, policy, self._robot)
-            self.directory.write_policy(0, policy, self._robot.roles, self._alone(parameters))
-        else:
-            iteration = self._iteration(index, progress)
-            policy = iteration.policy
-            parameters = controller_parameters(self.task, policy, self._robot)
-        return Plan(index, policy, parameters, iteration)
+        iteration = self._loop.propose(progress)
+        parameters = controller_parameters(self.task, iteration.policy, self._robot)
+        self._write(iteration, self._alone(parameters))
+        return Plan(iteration, parameters)
 
-    def finish(self, plan: Plan, bag: Path) -> TrialReport:
-        """Judge the recorded trial of a plan and write its row.
+    def finish(self, bag: Path) -> TrialReport:
+        """Judge the recorded trial of what was prepared and write its row.
 
         Raises:
             IncompleteTrialError: the bag holds no whole trial; it stays, and the trial of this
                 iteration is still to be done.
         """
-        rollout = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
-        row = self._row(plan.index, plan.iteration, bag_number(bag), rollout)
-        self.directory.append_metrics(row)
-        return TrialReport(row, plan.iteration.notes if plan.iteration else ())
+        trial = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
+        return self._take(trial, bag_number(bag))
 
     def replay_parameters(self) -> dict[str, Any]:
         """Return what the controller needs to replay the demonstration's own speeds."""
@@ -214,21 +224,23 @@ class Apprenticeship:
             IncompleteTrialError: the bag holds no whole trial.
         """
         rollout = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
-        errors = judge(self.task, rollout)
+        off, mse = joint_rmse(self.task, rollout, self._robot), judge(self.task, rollout).mse
         nan = math.nan
-        row = MetricsRow(None, bag_number(bag), errors.rmse, errors.mse, nan, nan, 0.0, 0.0, 0.0)
+        row = MetricsRow(None, bag_number(bag), off, mse, nan, nan, 0.0, 0.0, 0.0)
         self.directory.append_metrics(row)
         return row
 
-    def _iteration(self, index: int, progress: Callable[[Progress], None] | None) -> Iteration:
-        """Return the iteration, from its file if it has been learned already."""
-        if index in self.directory.iterations():
-            return self.directory.read_iteration(index)
-        previous = self.directory.read_iteration(index - 1) if index > 1 else None
-        iteration = learn(self.task, self._settings, self._rollouts(), previous, progress)
-        parameters = controller_parameters(self.task, iteration.policy, self._robot)
-        self.directory.write_iteration(iteration, self._robot.roles, self._alone(parameters))
-        return iteration
+    def _last(self, trials: int) -> Iteration | None:
+        """Return what was learned from that many trials, or from one less, if anything was."""
+        index = trials if trials in self.directory.iterations() else trials - 1
+        return self.directory.read_iteration(index) if index > 0 else None
+
+    def _write(self, iteration: Iteration, parameters: dict[str, Any]) -> None:
+        """Write what is to be tried, unless that has been done already."""
+        if iteration.index == 0:
+            self.directory.write_policy(0, iteration.policy, self._robot.roles, parameters)
+        elif iteration.index not in self.directory.iterations():
+            self.directory.write_iteration(iteration, self._robot.roles, parameters)
 
     def _alone(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Return what a policy file holds beside the policy, to run it without anything else."""
@@ -252,25 +264,28 @@ class Apprenticeship:
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
         trials = self.directory.trials(self._robot.roles, self._robot.horizon)
-        learned = self.directory.iterations()
         while (trial := trials.get(self.next_index)) is not None:
-            index = self.next_index
-            iteration = self.directory.read_iteration(index) if index in learned else None
-            self.directory.append_metrics(self._row(index, iteration, trial.number, trial.rollout))
+            if self.next_index == 0:
+                self._loop.last = Iteration(0, self.directory.read_policy(0))
+            else:
+                self._loop.last = self.directory.read_iteration(self.next_index)
+            self._take(trial.rollout, trial.number)
 
-    def _row(
-        self, index: int, iteration: Iteration | None, trial: int, rollout: Rollout
-    ) -> MetricsRow:
-        errors = judge(self.task, rollout)
-        _, margin = weigh(self.task, self._settings, [*self._rollouts(), rollout])
-        return MetricsRow(
-            iteration=index,
-            trial=trial,
-            rmse_rad=errors.rmse,
-            mse=errors.mse,
+    def _take(self, trial: Rollout, number: int) -> TrialReport:
+        """Judge a trial, write its row and go on from it."""
+        _, margin = weigh(self.task, self._settings, [*self._loop.trials, trial])
+        iteration = self._loop.take(trial)
+        row = MetricsRow(
+            iteration=iteration.index,
+            trial=number,
+            rmse_rad=joint_rmse(self.task, trial, self._robot),
+            mse=judge(self.task, trial).mse,
             margin=margin,
-            cost=iteration.cost if iteration else math.nan,
-            robot_time_s=(index + 1) * self.task.horizon * self.task.dt,
-            model_s=iteration.model_seconds if iteration else 0.0,
-            policy_s=iteration.policy_seconds if iteration else 0.0,
+            cost=iteration.cost,
+            robot_time_s=(iteration.index + 1) * self.task.horizon * self.task.dt,
+            model_s=iteration.model_seconds,
+            policy_s=iteration.policy_seconds,
         )
+        self.directory.append_metrics(row)
+        learned = ("the margin is within margin_tolerance: learned",) if iteration.learned else ()
+        return TrialReport(row, (*iteration.notes, *learned))

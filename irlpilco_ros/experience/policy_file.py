@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,6 @@ from irlpilco_ros.learning.policies import Policy
 PREFIX = "policy."
 SECTION = "/**/controller"
 
-# The one field with another name in public: on the robot the squashing's amplitude is a speed.
-_PUBLIC = {"control_limit": "velocity_limit"}
-_PRIVATE = {public: private for private, public in _PUBLIC.items()}
 # What a row of each matrix belongs to; from it and the length follows the shape.
 _ROW_PER_CONTROL = ("weights", "phase_weights")
 _COLUMN_PER_CONTROL = ("controls", "targets")
@@ -50,7 +47,7 @@ def parameter_types() -> dict[str, type]:
         hints = typing.get_type_hints(kind)
         for field in dataclasses.fields(kind):
             hint = hints[field.name]
-            name = PREFIX + _PUBLIC.get(field.name, field.name)
+            name = PREFIX + field.name
             types[name] = hint if hint in (int, float) else list
     return types
 
@@ -60,7 +57,7 @@ def names_parameters() -> tuple[str, ...]:
     return tuple(PREFIX + name for name in _JOINT_LISTS)
 
 
-def policy_to_parameters(policy: Policy, joints: Joints | Sequence[str]) -> dict[str, Any]:
+def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
     """Return a policy as ROS parameters: name -> str, int, float or a list of these.
 
     Args:
@@ -71,14 +68,13 @@ def policy_to_parameters(policy: Policy, joints: Joints | Sequence[str]) -> dict
     Raises:
         InvalidSettingError: the policy does not fit the joints.
     """
-    joints = Joints.of(joints)
     _check_size(policy, joints)
     parameters: dict[str, Any] = {f"{PREFIX}kind": policy.kind}
     for name, field in _JOINT_LISTS.items():
         if getattr(joints, field):
             parameters[PREFIX + name] = list(getattr(joints, field))
     for name, value in policy.to_arrays().items():
-        public = PREFIX + _PUBLIC.get(name, name)
+        public = PREFIX + name
         parameters[public] = np.asarray(value).ravel().tolist() if np.ndim(value) else value
     return parameters
 
@@ -106,10 +102,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
         joints = Joints(**lists)
     except InvalidSettingError as error:
         raise InvalidSettingError(f"{PREFIX}joints: {error}") from error
-    arrays = {
-        _PRIVATE.get(name, name): _shaped(_PRIVATE.get(name, name), value, joints)
-        for name, value in fields.items()
-    }
+    arrays = {name: _shaped(name, value, joints) for name, value in fields.items()}
     policy = policies.from_arrays(kind, arrays)
     _check_size(policy, joints)
     return policy, joints
@@ -118,7 +111,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
 def write_policy_file(
     path: Path,
     policy: Policy,
-    joints: Joints | Sequence[str],
+    joints: Joints,
     controller_parameters: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a policy as a ROS parameter file for the controller.
@@ -166,9 +159,7 @@ def _shaped(name: str, value: Any, joints: Joints) -> Any:
     try:
         flat = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise InvalidSettingError(
-            f"{PREFIX}{_PUBLIC.get(name, name)} holds something else than numbers"
-        ) from None
+        raise InvalidSettingError(f"{PREFIX}{name} holds something else than numbers") from None
     controls, states = len(joints.commanded), joints.policy_size
     columns = {
         **dict.fromkeys(_ROW_PER_CONTROL, flat.size // controls),

@@ -6,11 +6,13 @@ A second robot is a second YAML file with these keys (see config/baxter.yaml), n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.features import REGISTRY
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, setting
 
@@ -60,6 +62,12 @@ class RobotSettings:
         0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
     )
     horizon: int = setting(16, "Number of decisions in a trial.", minimum=1, maximum=10_000)
+    features: str = setting(
+        "joints",
+        "What a motion is compared with the demonstration by. joints: the joint positions; tools: "
+        "where the simulated Baxter's dustpan and brush are.",
+        choices=REGISTRY.names,
+    )
     reset_service: str = setting(
         "",
         "Trigger service that brings a robot to its start which cannot go there by velocities, "
@@ -103,22 +111,22 @@ class RobotSettings:
                     "expected one for each of RobotSettings.joints"
                 )
 
-    @property
+    @cached_property
     def roles(self) -> Joints:
         """The joints, and which of them are commanded or turn without end."""
         return Joints(self.joints, self.unactuated_joints, self.continuous_joints)
 
-    @property
+    @cached_property
     def lower(self) -> NDArray[np.float64]:
         """Lower position limits (J,) [rad]."""
         return np.array(self.position_lower)
 
-    @property
+    @cached_property
     def upper(self) -> NDArray[np.float64]:
         """Upper position limits (J,) [rad]."""
         return np.array(self.position_upper)
 
-    @property
+    @cached_property
     def control_limit(self) -> NDArray[np.float64]:
         """Largest control (F,): [rad/s] for the velocity interface, [N] or [Nm] for effort."""
         effort = self.command_interface == "effort"

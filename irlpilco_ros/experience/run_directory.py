@@ -18,7 +18,7 @@ from __future__ import annotations
 import fcntl
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -41,7 +41,7 @@ from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow, append_metrics, read_metrics
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.experience.trials import Trial, find_trials, numbered_bags
+from irlpilco_ros.experience.trials import RecordedTrial, find_trials, numbered_bags
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
@@ -188,7 +188,7 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return next((row for row in rows if row.iteration is None), None)
 
-    def trials(self, joints: Joints | Sequence[str], horizon: int) -> dict[int, Trial]:
+    def trials(self, joints: Joints, horizon: int) -> dict[int, RecordedTrial]:
         """Return the whole trials by the iteration whose policy ran in them.
 
         A trial belongs to the iteration whose policy gives its very commands on its states
@@ -209,7 +209,7 @@ class RunDirectory:
         self,
         iteration: int,
         policy: Policy,
-        joints: Joints | Sequence[str],
+        joints: Joints,
         controller_parameters: Mapping[str, Any] | None = None,
     ) -> Path:
         """Write the policy of an iteration, before its trial; 0 is the initial policy.
@@ -231,7 +231,7 @@ class RunDirectory:
     def write_iteration(
         self,
         iteration: Iteration,
-        joints: Joints | Sequence[str],
+        joints: Joints,
         controller_parameters: Mapping[str, Any] | None = None,
     ) -> None:
         """Write what an iteration found, then its policy; arguments and errors as write_policy."""

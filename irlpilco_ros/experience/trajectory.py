@@ -88,7 +88,7 @@ class Trajectory:
             )
         return [self.joint_names.index(joint) for joint in joints]
 
-    def rollout(self, joints: Joints | Sequence[str], horizon: int | None = None) -> Rollout:
+    def rollout(self, joints: Joints, horizon: int | None = None) -> Rollout:
         """Return the trial, or the demonstration if there are no commands, as learning sees it.
 
         A trial is all samples with commands; samples without one that lie between them are left
@@ -108,7 +108,6 @@ class Trajectory:
             BagError: a joint was not recorded.
             IncompleteTrialError: samples are missing, or the trial broke off; says where.
         """
-        joints = Joints.of(joints)
         columns, controls = self.columns(joints.names), self.columns(joints.commanded)
         samples = np.flatnonzero(self.commanded)
         is_trial = len(samples) > 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +21,7 @@ SAME_COMMAND = 1e-9  # [rad/s]
 
 
 @dataclass(frozen=True)
-class Trial:
+class RecordedTrial:
     """One whole trial of a run.
 
     Attributes:
@@ -38,9 +38,9 @@ class Trial:
 def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
-    joints: Joints | Sequence[str],
+    joints: Joints,
     horizon: int,
-) -> dict[int, Trial]:
+) -> dict[int, RecordedTrial]:
     """Return the whole trials by the iteration whose policy ran in them.
 
     Args:
@@ -49,8 +49,7 @@ def find_trials(
         joints: Joints of the run, in order.
         horizon: Control periods of a trial.
     """
-    joints = Joints.of(joints)
-    found: dict[int, Trial] = {}
+    found: dict[int, RecordedTrial] = {}
     for number, path in bags:
         try:
             rollout = read_bag(path).rollout(joints, horizon)
@@ -58,7 +57,7 @@ def find_trials(
             continue
         for iteration, policy in sorted(policies.items()):
             if iteration not in found and ran(policy, rollout, joints):
-                found[iteration] = Trial(number, path, rollout)
+                found[iteration] = RecordedTrial(number, path, rollout)
                 break
     return found
 

@@ -1,9 +1,10 @@
-"""What one pass of Algorithm 3 found out, and how it tells about its progress."""
+"""What one pass of the loop found out, and how it tells about its progress."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy, from_arrays
+from irlpilco_ros.learning.rollout import Rollout
 
 _ARRAYS = (
     "weights",
@@ -21,6 +23,14 @@ _ARRAYS = (
 _HYPERPARAMETERS = ("log_lengthscales", "log_signal", "log_noise")
 _NUMBERS = ("margin", "cost", "model_seconds", "policy_seconds")
 _COUNTS = ("index", "evaluations")
+
+
+def _nothing() -> Array:
+    return np.empty(0)
+
+
+def _no_model() -> Hyperparameters:
+    return Hyperparameters(np.empty((0, 0)), np.empty(0), np.empty(0))
 
 
 @dataclass(frozen=True)
@@ -43,54 +53,54 @@ class Progress:
 
 
 @dataclass(frozen=True)
-class Errors:
-    """How far a trial was from the demonstration.
-
-    Attributes:
-        rmse: Root-mean-square error over features and steps t = 1..H, in the features' unit.
-        mse: Its square, thesis (6.1).
-    """
-
-    rmse: float
-    mse: float
-
-
-@dataclass(frozen=True)
 class Iteration:
-    """One pass of Algorithm 3.
+    """One pass of Algorithm 3 or 2. That of index 0 has nothing to learn from yet.
 
     Attributes:
         index: Number k of trials that it learned from.
-        policy: The policy for the next trial.
-        hyperparameters: Of the dynamics model.
-        weights: Cost weights, shape (k,).
-        margin: Margin of the weight rule over the trials so far.
+        policy: The policy for the next trial; it sees `task.state_layout.policy_view(state)`.
+        hyperparameters: Of the dynamics model; empty in iteration 0.
+        weights: Cost weights of the features, shape (k,); empty where a cost is given.
+        margin: Margin of the weight rule over the trials before; NaN where a cost is given.
         cost: Predicted cost of the policy.
-        predicted_means: Predicted states, shape (H + 1, D).
-        predicted_covariances: Their covariances, shape (H + 1, D, D).
+        predicted_means: Predicted states, shape (H + 1, D); empty in iteration 0.
+        predicted_covariances: Their covariances, shape (H + 1, D, D); empty in iteration 0.
         evaluations: Cost evaluations that the policy search took.
         model_seconds: Time spent on the dynamics model [s].
         policy_seconds: Time spent on policy search [s].
         learned: Whether the margin is within its tolerance.
         notes: What a reader should know, such as jitter that had to be added.
+        tried: The trial of the policy; None before it was made. Files of iterations leave it out.
     """
 
     index: int
     policy: Policy
-    hyperparameters: Hyperparameters
-    weights: Array
-    margin: float
-    cost: float
-    predicted_means: Array
-    predicted_covariances: Array
-    evaluations: int
-    model_seconds: float
-    policy_seconds: float
+    hyperparameters: Hyperparameters = field(default_factory=_no_model)
+    weights: Array = field(default_factory=_nothing)
+    margin: float = math.nan
+    cost: float = math.nan
+    predicted_means: Array = field(default_factory=_nothing)
+    predicted_covariances: Array = field(default_factory=_nothing)
+    evaluations: int = 0
+    model_seconds: float = 0.0
+    policy_seconds: float = 0.0
     learned: bool = False
     notes: tuple[str, ...] = ()
+    tried: Rollout | None = None
+
+    @property
+    def trial(self) -> Rollout:
+        """The trial of the policy.
+
+        Raises:
+            InvalidSettingError: it has not been made.
+        """
+        if self.tried is None:
+            raise InvalidSettingError(f"the policy of iteration {self.index} was not tried yet")
+        return self.tried
 
     def to_arrays(self) -> dict[str, Array]:
-        """Return everything as named arrays for an npz file without pickles."""
+        """Return everything but the trial as named arrays for an npz file without pickles."""
         arrays = {name: np.asarray(getattr(self, name)) for name in _ARRAYS + _NUMBERS + _COUNTS}
         for name in _HYPERPARAMETERS:
             arrays[name] = getattr(self.hyperparameters, name)

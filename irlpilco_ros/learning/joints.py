@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.features import Features, JointPositions, PositionsAndAngles
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
@@ -51,11 +49,6 @@ class Joints:
                 "one that is commanded"
             )
 
-    @staticmethod
-    def of(joints: Joints | Sequence[str]) -> Joints:
-        """Return the joints; mere names are all commanded, and none turns without end."""
-        return joints if isinstance(joints, Joints) else Joints(tuple(joints))
-
     @property
     def commanded(self) -> tuple[str, ...]:
         """The F joints that are commanded, in the order of the controls."""
@@ -78,15 +71,6 @@ class Joints:
     def policy_size(self) -> int:
         """How many numbers of the state a policy sees."""
         return len(self.layout.policy_inputs or ())
-
-    @property
-    def features(self) -> Features:
-        """What a demonstration is compared by: positions, and sine and cosine of what turns."""
-        if not self.continuous:
-            return JointPositions(len(self.names))
-        angles = self.layout.angles
-        positions = tuple(i for i in range(len(self.names)) if i not in angles)
-        return PositionsAndAngles(positions, angles)
 
     def act(self, policy: Policy, state: Array, step: int) -> Array:
         """Return the control (F,) of a policy for the whole state (2J,)."""

@@ -6,9 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from irlpilco_ros.learning import imitation as imitations
 from irlpilco_ros.learning import policies
 from irlpilco_ros.learning.registry import Extension
 from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
+
+
+def _extensions() -> list[type[Extension]]:
+    return [*imitations.REGISTRY.classes(), *policies.REGISTRY.classes()]
 
 
 @dataclass(frozen=True)
@@ -21,24 +26,28 @@ class LearningSettings:
 
     imitation: str = setting(
         "feature_matching",
-        "What imitation means: features step by step, their discounted sum, or trajectory KL "
-        "(which a wide prediction pleases: give it the lbfgs optimiser).",
-        choices=("feature_matching", "feature_expectations", "trajectory_kl"),
+        "What the robot imitates. feature_matching: the features at every step; "
+        "feature_expectations: only their sum over the trial; trajectory_kl: their distribution "
+        "over several demonstrations (choose optimiser: lbfgs with it).",
+        choices=imitations.REGISTRY.names,
     )
     prior_mean: str = setting(
         "velocity",
-        "Mean of the dynamics before any data: a velocity-controlled robot, or nothing (thesis).",
+        "What the dynamics model expects before it has data. velocity: joints move at the "
+        "commanded velocity; zero: nothing moves (thesis; needed for effort control).",
         choices=("velocity", "zero"),
     )
     hyperprior: str = setting(
         "dimension_scaled",
-        "Belief about the model's length-scales before any data: that they grow with the number "
-        "of inputs, or only that they do not run away (as PILCO).",
+        "What is expected of the dynamics model's length-scales. dimension_scaled: that they grow "
+        "with the number of inputs, for arms with many joints and few trials; pilco: only that "
+        "they are not extreme, as in the PILCO software.",
         choices=("dimension_scaled", "pilco"),
     )
     covariance_approximation: str = setting(
         "first_order",
-        "Covariance between the outputs of the dynamics model: to first order, or exact.",
+        "How the covariance between predicted states is computed: first_order is several times "
+        "faster, exact is exact.",
         choices=("first_order", "exact"),
     )
     policy: str = setting(
@@ -49,84 +58,100 @@ class LearningSettings:
     )
     initial_policy: str = setting(
         "demonstration",
-        "First trial: fitted to the demonstration's own speeds, no motion, random parameters "
-        "(thesis), or random controls (PILCO).",
+        "What the robot does in the first trial. demonstration: it follows the demonstration's "
+        "own speeds; zero: it stands still; random: a policy with random parameters (thesis); "
+        "random_controls: random commands (PILCO). The last two move the robot wildly.",
         choices=("demonstration", "zero", "random", "random_controls"),
     )
     optimiser: str = setting(
         "gauss_newton",
-        "Policy search: Gauss-Newton with damping, BFGS (PILCO), or L-BFGS (thesis).",
+        "How policies are improved: Gauss-Newton with damping (fewest evaluations), BFGS (as "
+        "PILCO), or L-BFGS (thesis).",
         choices=("gauss_newton", "bfgs", "lbfgs"),
     )
     evaluations: int = setting(
-        12, "Largest number of cost evaluations of one policy search.", minimum=1, maximum=100000
+        12,
+        "Largest number of times that one policy search predicts a trial. More take longer and "
+        "may find a better policy.",
+        minimum=1,
+        maximum=100000,
     )
     starts: tuple[str, ...] = setting(
         ("last", "zero"),
-        "Where policy search may start; it goes on from the best of them. inverse: the controls "
-        "that the dynamics model takes the demonstration for.",
+        "Policies that a search may start from; it goes on from the best of them. last: that of "
+        "the trial before; zero: no motion; initial: that of the first trial; random: random "
+        "parameters; inverse: the commands by which the dynamics model explains the demonstration.",
         choices=("last", "zero", "initial", "random", "inverse"),
     )
     screening_evaluations: int = setting(
         4,
-        "Evaluations for which each start of comparable cost is tried out before the best goes "
-        "on; 0: the start that costs least is improved.",
+        "How many evaluations each of the starts is improved for before the best of them goes on; "
+        "0: the one that costs least goes on at once.",
         minimum=0,
         maximum=100000,
     )
     horizon_stages: int = setting(
         1,
-        "In how many stages the horizon of policy search grows, as far as the first of the starts "
-        "can follow the demonstration, each with as many evaluations as screening; 1: at once. "
-        "With feature_matching only.",
+        "In how many steps policy search extends its horizon from the beginning of the trial to "
+        "all of it, going further only where the prediction follows the demonstration; 1: the "
+        "whole trial at once. For ways of imitating step by step.",
         minimum=1,
         maximum=1000,
     )
-    variance_weight: float = setting(
-        1.0,
-        "How much predicted spread costs (lambda): 1 is the expected square, 0 the thesis.",
-        minimum=0.0,
-        maximum=1000.0,
-    )
     discount: float = setting(
-        1.0, "Weight of each step relative to the one before (gamma).", minimum=0.01, maximum=1.0
+        1.0,
+        "How much each step of a trial counts relative to the step before (gamma).",
+        minimum=0.01,
+        maximum=1.0,
     )
     weight_rule: str = setting(
         "max_margin",
-        "How cost weights follow from the trials so far.",
+        "How much each feature counts, from the trials so far. max_margin and projection: most "
+        "where all trials were off; latest: most where the last one was (thesis); uniform: all "
+        "the same.",
         choices=("max_margin", "projection", "latest", "uniform"),
     )
     weight_floor: float = setting(
         0.1,
-        "Smallest cost weight relative to the largest, so that no feature is forgotten.",
+        "Smallest weight of a feature relative to the largest. 0 lets learning neglect what the "
+        "trials so far did well.",
         minimum=0.0,
         maximum=1.0,
     )
     margin_tolerance: float = setting(
-        0.0, "The task counts as learned when the margin is at most this (epsilon).", minimum=0.0
+        0.0,
+        "The task counts as learned when the margin, the weighted squared deviation of the best "
+        "mixture of trials, is at most this (epsilon).",
+        minimum=0.0,
     )
     velocity_limit_factor: float = setting(
         3.0,
-        "Largest control of the policy, relative to the demonstration's largest speed.",
+        "How many times as fast as in the demonstration a policy may move each joint.",
         minimum=1.0,
         maximum=100.0,
     )
     velocity_limit_floor: float = setting(
         0.1,
-        "The policy's largest control is at least this, however still a joint was.",
+        "Speed that a policy may use in any case, even of joints that stood still in the "
+        "demonstration.",
         unit="rad/s",
         minimum=0.0,
         maximum=100.0,
     )
-    seed: int = setting(0, "Seed of everything random in learning.", minimum=0)
-    threads: int = setting(
-        2, "Threads for the dynamics model; results do not depend on it.", minimum=1, maximum=256
+    seed: int = setting(
+        0, "Seed of random policies and controls: the same seed gives the same.", minimum=0
     )
-    options: Mapping[str, Any] = extension_settings(policies.REGISTRY.classes)
+    threads: int = setting(
+        2,
+        "Threads that learning computes with. It has work for two; results do not depend on it.",
+        minimum=1,
+        maximum=2,
+    )
+    options: Mapping[str, Any] = extension_settings(_extensions)
 
     def __post_init__(self) -> None:
         check(self)
 
     def options_of(self, extension: type[Extension]) -> Any:
-        """Return the `Settings` of an extension, such as a kind of policy."""
+        """Return the `Settings` of an extension, such as a kind of policy or a way of imitating."""
         return options_of(self.options, extension)

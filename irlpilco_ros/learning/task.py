@@ -1,11 +1,13 @@
-"""What is to be learned: demonstrations and the few facts about the robot that learning needs."""
+"""What is to be learned: demonstrations or a cost, and the few facts about the robot."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import Features, JointPositions
 from irlpilco_ros.learning.moments.gaussian import Gaussian
@@ -16,82 +18,115 @@ from irlpilco_ros.learning.rollout import Rollout
 
 @dataclass(frozen=True)
 class Task:
-    """Demonstrations to imitate, and the robot that is to do it.
+    """Demonstrations to imitate, or a cost to keep low, and the robot that is to do it.
 
     Attributes:
-        demonstrations: One or more, all of the same size; their controls may be all NaN.
+        demonstrations: All of the same size; their controls may be all NaN. None where a cost is
+            given.
         dt: Control period [s].
         control_limit: The robot's own limit of each control, shape (F,) [rad/s].
         features: What is compared; None for the joint positions, the first half of the state.
-        feature_scale: Typical size of each feature, in its unit, shape (k,), so that features of
-            different units can be weighed against each other; None for ones.
+        feature_scale: Typical size of features by their unit, such as {"rad": 1.0, "m": 0.3}, so
+            that features of different units can be weighed against each other; 1 where none is
+            given.
         position_noise: Standard deviation of measured positions [rad].
         velocity_noise: Standard deviation of measured velocities [rad/s].
-        layout: What model and policy see of the state; None for all of it as it is.
+        layout: What model and policy see of the state; None for all of it as it is. Needed with a
+            cost.
         start_spread: Known standard deviation of each state at the start of a trial.
+        cost: What a predicted trajectory costs (PILCO); None to imitate.
+        start: State at the start of a trial, where it is known; None for where trials did start.
+        horizon: Number of control periods H of every trial; 0 for that of the demonstrations.
+
+    Raises:
+        InvalidSettingError: something is missing, out of its range or of another size.
     """
 
     demonstrations: tuple[Rollout, ...]
     dt: float
     control_limit: Array
     features: Features | None = None
-    feature_scale: Array | None = None
+    feature_scale: Mapping[str, float] = field(default_factory=dict)
     position_noise: float = 1e-3
     velocity_noise: float = 1e-2
     layout: StateLayout | None = None
     start_spread: float = 0.0
+    cost: Cost | None = None
+    start: Gaussian | None = None
+    horizon: int = 0
 
     def __post_init__(self) -> None:
-        demonstrations = tuple(self.demonstrations)
-        object.__setattr__(self, "demonstrations", demonstrations)
-        if not demonstrations:
-            raise InvalidSettingError("a task needs at least one demonstration; got none")
-        shapes = {demonstration.states.shape for demonstration in demonstrations}
-        if len(shapes) > 1:
+        object.__setattr__(self, "demonstrations", tuple(self.demonstrations))
+        if self.demonstrations:
+            self._take_demonstrations()
+        elif self.cost is None:
+            raise InvalidSettingError("a task needs at least one demonstration or a cost; got none")
+        if self.layout is None or self.horizon < 1:
             raise InvalidSettingError(
-                f"demonstrations have different shapes {sorted(shapes)}; cut them to one length"
+                f"a task without demonstrations needs a layout and a horizon of at least 1; got "
+                f"{self.layout} and {self.horizon}"
             )
+        if self.features is None:
+            object.__setattr__(self, "features", JointPositions(self.state_size // 2))
         if not (np.isfinite(self.dt) and self.dt > 0.0):
             raise InvalidSettingError(f"dt is {self.dt} s; expected a positive number")
-        limit = np.array(self.control_limit, dtype=float)
-        object.__setattr__(self, "control_limit", limit)
-        if limit.shape != (self.control_size,) or not (limit > 0.0).all():
-            raise InvalidSettingError(
-                f"control_limit is {limit}; expected {self.control_size} positive numbers"
-            )
+        self._check_limit()
         if not (self.position_noise > 0.0 and self.velocity_noise > 0.0):
             raise InvalidSettingError(
                 f"position_noise is {self.position_noise} rad and velocity_noise "
                 f"{self.velocity_noise} rad/s; expected positive numbers"
             )
-        if self.features is None:
-            object.__setattr__(self, "features", JointPositions(self.state_size // 2))
-        if self.layout is None:
-            object.__setattr__(self, "layout", StateLayout(self.state_size))
         self._check_scale()
 
-    def _check_scale(self) -> None:
-        size = self.feature_map.size
-        scale = np.ones(size) if self.feature_scale is None else self.feature_scale
-        scale = np.array(scale, dtype=float)
-        object.__setattr__(self, "feature_scale", scale)
-        if scale.shape != (size,) or not (np.isfinite(scale).all() and (scale > 0.0).all()):
-            raise InvalidSettingError(f"feature_scale is {scale}; expected {size} positive numbers")
+    def _take_demonstrations(self) -> None:
+        """Check the demonstrations, and take from them what was not given."""
+        shapes = {demonstration.states.shape for demonstration in self.demonstrations}
+        if len(shapes) > 1:
+            raise InvalidSettingError(
+                f"demonstrations have different shapes {sorted(shapes)}; cut them to one length"
+            )
+        steps, size = self.demonstrations[0].steps, self.demonstrations[0].states.shape[1]
+        if self.horizon not in (0, steps):
+            raise InvalidSettingError(
+                f"the horizon is {self.horizon}, but demonstrations have {steps} steps; leave it "
+                "out, or cut them to that length"
+            )
+        object.__setattr__(self, "horizon", steps)
+        if self.layout is None:
+            object.__setattr__(self, "layout", StateLayout(size))
+        if self.state_size != size:
+            raise InvalidSettingError(
+                f"the layout is of {self.state_size} states; the demonstrations have {size}"
+            )
 
-    @property
-    def horizon(self) -> int:
-        """Number of control periods H of a demonstration and of every trial."""
-        return self.demonstrations[0].steps
+    def _check_limit(self) -> None:
+        limit = np.array(self.control_limit, dtype=float)
+        object.__setattr__(self, "control_limit", limit)
+        shown = self.demonstrations[0].controls.shape[1:] if self.demonstrations else limit.shape
+        if limit.shape != shown or limit.ndim != 1 or not (limit > 0.0).all():
+            raise InvalidSettingError(
+                f"control_limit is {limit}; expected a positive number for each of the controls"
+                + (f", {shown[0]} numbers" if self.demonstrations else "")
+            )
+
+    def _check_scale(self) -> None:
+        units = set(self.feature_map.units)
+        for unit, size in self.feature_scale.items():
+            if unit not in units or not (np.isfinite(size) and size > 0.0):
+                raise InvalidSettingError(
+                    f"feature_scale is {dict(self.feature_scale)}; expected positive numbers for "
+                    f"units of the features: {', '.join(sorted(units))}"
+                )
 
     @property
     def state_size(self) -> int:
         """Number of state dimensions D."""
-        return int(self.demonstrations[0].states.shape[1])
+        return self.state_layout.state_size
 
     @property
     def control_size(self) -> int:
         """Number of controls F."""
-        return int(self.demonstrations[0].controls.shape[1])
+        return len(self.control_limit)
 
     @property
     def feature_map(self) -> Features:
@@ -102,8 +137,7 @@ class Task:
     @property
     def scale(self) -> Array:
         """Typical size of each feature, shape (k,)."""
-        assert self.feature_scale is not None
-        return self.feature_scale
+        return np.array([self.feature_scale.get(unit, 1.0) for unit in self.feature_map.units])
 
     @property
     def state_layout(self) -> StateLayout:
@@ -125,6 +159,8 @@ class Task:
     @property
     def tells_controls(self) -> bool:
         """Whether a demonstration tells what to do: by its commands, or by its joints' speeds."""
+        if not self.demonstrations:
+            return False
         commanded = all(run.commanded for run in self.demonstrations)
         return commanded or self.control_size == self.state_size // 2
 
@@ -136,6 +172,11 @@ class Task:
         Raises:
             InvalidSettingError: nobody commanded it, and its controls are no speeds of its joints.
         """
+        if not self.demonstrations:
+            raise InvalidSettingError(
+                "the task has a cost but no demonstration to take controls from; choose "
+                "initial_policy: random_controls, random or zero"
+            )
         if all(run.commanded for run in self.demonstrations):
             controls: Array = np.mean([run.controls for run in self.demonstrations], axis=0)
             return controls

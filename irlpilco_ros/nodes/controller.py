@@ -19,14 +19,14 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
-from irlpilco_ros.control.motion_control import MotionControl, Outcome, RefusedError
+from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Approach, Command, Motion, Trial
 from irlpilco_ros.control.safety import check_start
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
-from irlpilco_ros.ros.messages import joint_command, sample
+from irlpilco_ros.ros.messages import joint_command, joint_state
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.policy_parameters import PolicyParameters
 from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
@@ -86,7 +86,7 @@ class Controller(Node):
         self.create_service(SetBool, "~/enable", self._enable, callback_group=group)
 
     def _take(self, message: JointState) -> None:
-        self._send(self._control.take(sample(message), time.monotonic()))
+        self._send(self._control.take(joint_state(message), time.monotonic()))
 
     def _watch(self) -> None:
         self._send(self._control.watch(time.monotonic()))
@@ -131,7 +131,7 @@ class Controller(Node):
         over = Future(executor=self.executor)
         try:
             self._control.start(motion, time.monotonic(), over.set_result)
-        except RefusedError as error:
+        except MotionRefusedError as error:
             return _refusal(response, str(error))
         self._fault = ""
         self._tell()

@@ -179,13 +179,13 @@ class Learner(Node):
         """Learn from all trials so far, try it on the robot, and see how well it went."""
         self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
         plan: Plan = await self._compute(lambda: run.prepare(self._take_progress))
-        if plan.iteration is not None:
+        if plan.iteration.index > 0:
             self._prediction_publisher.publish(
                 predicted_trajectory(plan.iteration, self._robot, self.get_clock().now().to_msg())
             )
         bag = await self._trials.run(plan.parameters, run.directory.trials_directory, self._say)
         self._say("judge")
-        report: TrialReport = await self._compute(lambda: run.finish(plan, bag))
+        report: TrialReport = await self._compute(lambda: run.finish(bag))
         return report
 
     async def _compute(self, job: Callable[[], Result]) -> Result:

@@ -29,9 +29,9 @@ def error_figure(run: RunSummary) -> Figure:
             label = "expected by the model before the trial"
             axes.plot(indices, expected, label=label, markerfacecolor="white", **diamonds)
         if np.isfinite(run.replay_rmse):
-            label = f"open-loop replay: {run.replay_rmse:.4f} rad"
+            label = f"open-loop replay: {run.replay_rmse:.4f} {run.unit}"
             axes.axhline(run.replay_rmse, label=label, **style.REPLAY)
-        axes.set_ylabel("joint error, RMS [rad]")
+        axes.set_ylabel(f"error, RMS [{run.unit}]")
         _wide_scale(axes, [*errors, *expected, run.replay_rmse])
         _iteration_axis(axes, run)
         _robot_time_axis(axes, run)
@@ -52,7 +52,7 @@ def weights_figure(run: RunSummary) -> Figure:
         finite = [i for i in run.iterations if np.isfinite(i.margin) and i.margin > 0.0]
         line = {**style.ROBOT, "color": style.INK, "linewidth": 1.5, "markersize": 5.0}
         right.plot([i.index for i in finite], [i.margin for i in finite], **line)
-        right.set_ylabel("margin of the weights [rad²]")
+        right.set_ylabel(f"margin of the weights [{run.unit}²]")
         _wide_scale(right, [i.margin for i in finite])
         _iteration_axis(right, run)
         right.set_title("margin")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -25,7 +27,11 @@ def read_run(run: RunDirectory) -> RunSummary:
     """
     configuration = run.configuration()
     try:
-        joints = tuple(str(joint) for joint in configuration["joints"])
+        joints = Joints(
+            tuple(configuration["joints"]),
+            tuple(configuration.get("unactuated_joints", ())),
+            tuple(configuration.get("continuous_joints", ())),
+        )
         horizon = int(configuration["horizon"])
         period = float(configuration["control_period"])
     except KeyError as error:
@@ -39,11 +45,12 @@ def read_run(run: RunDirectory) -> RunSummary:
     bags = {row.trial: run.trials_directory / f"{row.trial:03d}" for row in rows}
     trials = [read_bag(bags[row.trial]).rollout(joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations()}
-    positions = slice(0, len(joints))
+    positions = slice(0, len(joints.names))
     replay_row = run.replay_metrics()
     return RunSummary(
         name=run.path.name,
-        joints=joints,
+        joints=joints.names,
+        unit="rad" if _compares_joints(configuration, joints) else "feature units",
         times=np.asarray(period * np.arange(horizon + 1), dtype=np.float64),
         demonstration=_shown(run, joints, horizon)[:, positions],
         iterations=tuple(
@@ -57,7 +64,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     )
 
 
-def _shown(run: RunDirectory, joints: tuple[str, ...], horizon: int) -> np.ndarray:
+def _shown(run: RunDirectory, joints: Joints, horizon: int) -> np.ndarray:
     """Return the states (H + 1, 2J) that are imitated: the mean over the demonstrations."""
     rollouts = [shown.rollout(joints, horizon) for shown in run.demonstrations()]
     mean: np.ndarray = np.mean([rollout.states for rollout in rollouts], axis=0)
@@ -89,29 +96,40 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
     )
 
 
-def _replay(
-    run: RunDirectory, row: MetricsRow, joints: tuple[str, ...], horizon: int
-) -> np.ndarray:
+def _replay(run: RunDirectory, row: MetricsRow, joints: Joints, horizon: int) -> np.ndarray:
     rollout = read_bag(run.replay_directory / f"{row.trial:03d}").rollout(joints, horizon)
-    return rollout.states[:, : len(joints)]
+    return rollout.states[:, : len(joints.names)]
 
 
 def _model(
-    joints: tuple[str, ...], trials: list[Rollout], found: dict[int, Iteration]
+    joints: Joints, trials: list[Rollout], found: dict[int, Iteration]
 ) -> ModelSummary | None:
     """Return the model of the latest iteration, with the spread of the inputs it was trained on."""
     if not found:
         return None
     latest = max(found)
-    inputs = np.concatenate([trial.inputs() for trial in trials[:latest]])
-    states = [f"{joint} {what}" for what in ("position", "velocity") for joint in joints]
-    commands = [f"{joint} command" for joint in joints]
+    inputs = np.concatenate(
+        [
+            np.hstack([joints.layout.dynamics_view(trial.states[:-1]), trial.controls])
+            for trial in trials[:latest]
+        ]
+    )
+    states = [f"{joint} {what}" for what in ("position", "velocity") for joint in joints.names]
+    angles = [f"{what} {joint}" for joint in joints.continuous for what in ("sin", "cos")]
+    extended = [*states, *angles]
+    seen = [extended[i] for i in joints.layout.dynamics_inputs or ()]
+    commands = [f"{joint} command" for joint in joints.commanded]
     return ModelSummary(
-        input_names=(*states, *commands),
+        input_names=(*seen, *commands),
         output_names=tuple(states),
         lengthscales=np.exp(found[latest].hyperparameters.log_lengthscales),
         input_spread=inputs.std(axis=0),
     )
+
+
+def _compares_joints(configuration: Mapping[str, Any], joints: Joints) -> bool:
+    """Whether errors are those of joint angles, so that they have a unit."""
+    return configuration.get("features", "joints") == "joints" and not joints.continuous
 
 
 def _text(value: Any) -> str:

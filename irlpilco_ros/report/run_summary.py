@@ -84,6 +84,7 @@ class RunSummary:
         replay_rmse: its error against the demonstration [rad], NaN if there is none.
         model: the latest dynamics model, or None before the first iteration.
         settings: the run's configuration, key to printed value.
+        unit: of errors: "rad" where joint angles are compared.
     """
 
     name: str
@@ -95,6 +96,7 @@ class RunSummary:
     replay_rmse: float
     model: ModelSummary | None
     settings: dict[str, str]
+    unit: str = "rad"
 
     @property
     def last(self) -> IterationSummary:
@@ -117,9 +119,10 @@ class RunSummary:
     def predicted_rmse(self, iteration: IterationSummary) -> float:
         """Return the error that the model expected: sqrt of E[(q - demonstration)^2] [rad].
 
-        NaN for an iteration without a prediction. The start is left out, as in the error (6.1).
+        NaN for an iteration without a prediction, and where something else than joint angles is
+        compared. The start is left out, as in the error (6.1).
         """
-        if iteration.prediction is None or iteration.deviation is None:
+        if iteration.prediction is None or iteration.deviation is None or self.unit != "rad":
             return float("nan")
         squares = (iteration.prediction - self.demonstration) ** 2 + iteration.deviation**2
         return float(np.sqrt(squares[1:].mean()))
@@ -127,7 +130,8 @@ class RunSummary:
     def coverage(self, iteration: IterationSummary) -> float:
         """Return the share of a trial, 0..1, within two predicted standard deviations.
 
-        NaN for an iteration without a prediction. The start is left out.
+        NaN for an iteration without a prediction, and where something else than joint angles is
+        compared. The start is left out.
         """
         if iteration.prediction is None or iteration.deviation is None:
             return float("nan")

@@ -66,6 +66,7 @@ _RC: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "irlpilco",
     "text.color": INK,
+    "text.parse_math": False,  # a joint may be called anything
 }
 
 

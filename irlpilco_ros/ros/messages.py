@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.control.joint_state_tracker import Sample
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 
 
 def nanoseconds(stamp: Time) -> int:
@@ -22,13 +22,14 @@ def time_message(stamp: int) -> Time:
     return Time(sec=seconds, nanosec=rest)
 
 
-def sample(message: JointState) -> Sample:
+def joint_state(message: JointState) -> JointStateMessage:
     """Return the plain form of a joint state."""
-    return Sample(
+    return JointStateMessage(
         stamp=nanoseconds(message.header.stamp),
         names=tuple(message.name),
         positions=tuple(message.position),
         velocities=tuple(message.velocity),
+        efforts=tuple(message.effort),
     )
 
 

@@ -12,9 +12,9 @@ from PIL import Image
 from irlpilco_ros import cli
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.pilco import PilcoIteration, improve
+from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.policies import from_arrays
-from irlpilco_ros.learning.prediction.predicted_trajectory import PredictedTrajectory
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.resources import config_file, recording
 from irlpilco_ros.studies.cart_pole import runs
@@ -100,7 +100,7 @@ def test_what_is_done_is_not_done_again_and_an_interrupted_run_goes_on(chapter, 
     last = out / "feature_matching/seed_00/trial_002.npz"
     before = TrialRecord.read(last)
     last.unlink()  # as if killed before the second trial was over
-    monkeypatch.setattr(runs, "improve", None)  # the expert must not learn again
+    monkeypatch.setattr(runs, "pilco", None)  # the expert must not learn again
     assert cli.main(arguments) == 0
     again = TrialRecord.read(last)
     np.testing.assert_array_equal(again.rollout.states, before.rollout.states)
@@ -144,19 +144,17 @@ def test_an_expert_finds_out_of_a_detour():
     task = runs.expert_task()
     own = [name for name in stored if name.startswith("policy_") and name != "policy_kind"]
     known = [stored[f"log_{name}"] for name in ("lengthscales", "signal", "noise")]
-    previous = PilcoIteration(
+    previous = Iteration(
         index=5,
         policy=from_arrays(
             str(stored["policy_kind"]), {name.removeprefix("policy_"): stored[name] for name in own}
         ),
         hyperparameters=Hyperparameters(*known),
         cost=12.2,
-        prediction=PredictedTrajectory(np.empty(0), np.empty(0), (), task.layout),
-        evaluations=0,
     )
     trials = [Rollout(*trial) for trial in zip(stored["states"], stored["controls"], strict=True)]
     settings = dataclasses.replace(runs.EXPERT_SETTINGS, evaluations=120)
-    assert improve(task, settings, trials, previous).cost < 9.0
+    assert learn(task, settings, trials, previous).cost < 9.0
 
 
 @pytest.mark.parametrize("option", ["--seeds", "--expert-trials"])

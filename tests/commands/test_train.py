@@ -32,7 +32,7 @@ def recorded(tmp_path_factory):
     run = Apprenticeship.open(path / "run", bag, toy_robot.ROBOT, SETTINGS)
     for _ in range(2):
         plan = run.prepare()
-        run.finish(plan, toy_robot.record_trial(plan, run.directory.trials_directory))
+        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
     run.prepare()
     run.close()
     return path / "run"

@@ -7,17 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from irlpilco_ros.control.joint_state_tracker import (
-    JointStateTracker,
-    MalformedJointStateError,
-    Sample,
-)
+from irlpilco_ros.control.joint_state_tracker import JointStateTracker, MalformedJointStateError
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 
 JOINTS = ("shoulder", "elbow", "wrist")
 
 
 def sample(stamp, **joints):
-    return Sample(stamp, tuple(joints), tuple(joints.values()), tuple(-q for q in joints.values()))
+    return JointStateMessage(
+        stamp, tuple(joints), tuple(joints.values()), tuple(-q for q in joints.values())
+    )
 
 
 @given(st.permutations(["shoulder", "elbow", "wrist", "head", "gripper"]))
@@ -43,7 +42,7 @@ def test_partial_messages_are_merged_and_missing_joints_named():
 
 def test_a_message_without_wanted_joints_is_no_new_state_even_if_it_is_malformed():
     tracker = JointStateTracker(JOINTS)
-    assert not tracker.update(Sample(7, ("gripper",), (0.0,), ()), arrival=0.0)
+    assert not tracker.update(JointStateMessage(7, ("gripper",), (0.0,), ()), arrival=0.0)
     assert tracker.reading() is None
 
 
@@ -66,5 +65,5 @@ def test_silence_is_counted_for_each_joint():
 def test_lists_of_different_length_are_refused():
     tracker = JointStateTracker(("elbow",))
     with pytest.raises(MalformedJointStateError, match="1 names, 1 positions and 0 velocities"):
-        tracker.update(Sample(1, ("elbow",), (0.0,), ()), arrival=0.0)
+        tracker.update(JointStateMessage(1, ("elbow",), (0.0,), ()), arrival=0.0)
     assert tracker.reading() is None

@@ -9,9 +9,9 @@ import pytest
 from robot_of_two import JOINTS, ROBOT, sample
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
-from irlpilco_ros.control.joint_state_tracker import Sample
-from irlpilco_ros.control.motion_control import MotionControl, RefusedError
+from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError
 from irlpilco_ros.control.motions import Trial
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 
 
 class Constant:
@@ -65,7 +65,7 @@ def test_a_stamp_that_was_answered_is_not_answered_by_the_next_motion(control, o
 
 def test_messages_of_other_joints_are_no_states(control, outcomes):
     begin(control, outcomes)
-    gripper = Sample(5_000_000, ("gripper",), (0.0,), (0.0,))
+    gripper = JointStateMessage(5_000_000, ("gripper",), (0.0,), (0.0,))
     assert control.take(gripper, now=10.0) is None
     assert outcomes == []
 
@@ -104,7 +104,7 @@ def test_partial_states_are_enough_if_all_joints_keep_coming(control, outcomes):
     for step in range(100):
         stamp, now = step * 5_000_000 + 10_000_000, 10.0 + step * 0.005
         joint = JOINTS[step % 2]
-        assert control.take(Sample(stamp, (joint,), (0.0,), (0.0,)), now) is not None
+        assert control.take(JointStateMessage(stamp, (joint,), (0.0,), (0.0,)), now) is not None
         assert control.watch(now) is None
 
 
@@ -112,12 +112,12 @@ def test_reasons_to_refuse(control, outcomes):
     trial = Trial(Constant(0.1, 0.1), 1, 0.1)
 
     def refusal(now=10.0):
-        with pytest.raises(RefusedError) as caught:
+        with pytest.raises(MotionRefusedError) as caught:
             control.start(trial, now, outcomes.append)
         return str(caught.value)
 
     assert refusal() == "no joint state yet of: elbow, wrist"
-    control.take(Sample(1, ("elbow",), (0.0,), (0.0,)), now=10.0)
+    control.take(JointStateMessage(1, ("elbow",), (0.0,), (0.0,)), now=10.0)
     assert refusal() == "no joint state yet of: wrist"
     control.take(sample(0.01, positions=(0.0, np.nan)), now=10.0)
     assert "position of joint wrist is nan" in refusal()

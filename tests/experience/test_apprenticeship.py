@@ -30,7 +30,7 @@ def finished(tmp_path_factory, demonstration):
     run = Apprenticeship.open(path, demonstration, toy_robot.ROBOT, SETTINGS)
     for _ in range(3):
         plan = run.prepare()
-        run.finish(plan, toy_robot.record_trial(plan, run.directory.trials_directory))
+        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
     run.close()
     return path
 
@@ -81,7 +81,7 @@ def test_several_demonstrations_are_imitated_on_average(tmp_path):
     np.testing.assert_array_equal(run.task.reference_states(), np.mean(states, axis=0))
     for _ in range(2):
         plan = run.prepare()
-        run.finish(plan, toy_robot.record_trial(plan, run.directory.trials_directory))
+        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
     first, second = run.directory.metrics()
     assert second.rmse_rad < first.rmse_rad / 2
     run.close()
@@ -93,8 +93,8 @@ def test_the_policy_file_holds_what_the_controller_gets(copy, reopen):
     policy, joints = read_policy_file(run.directory.policy_file(3))
     assert joints.names == toy_robot.JOINTS
     handed_over, _ = policy_from_parameters(plan.parameters)
-    np.testing.assert_array_equal(policy.parameters, plan.policy.parameters)
-    np.testing.assert_array_equal(handed_over.parameters, plan.policy.parameters)
+    np.testing.assert_array_equal(policy.parameters, plan.iteration.policy.parameters)
+    np.testing.assert_array_equal(handed_over.parameters, plan.iteration.policy.parameters)
     assert len(plan.parameters["start_position"]) == 2
 
 
@@ -118,7 +118,7 @@ def test_what_was_learned_before_the_trial_is_not_learned_again(copy, reopen):
     def never(_):
         raise AssertionError("it learned again")
 
-    assert run.prepare(never).index == 2
+    assert run.prepare(never).iteration.index == 2
 
 
 def test_a_trial_recorded_before_the_kill_is_judged_on_the_way_in(copy, finished, reopen):
@@ -132,11 +132,11 @@ def test_a_broken_off_trial_is_kept_and_the_trial_done_again(copy, reopen):
     plan = run.prepare()
     torn = toy_robot.record_trial(plan, run.directory.trials_directory, steps=4)
     with pytest.raises(IncompleteTrialError):
-        run.finish(plan, torn)
+        run.finish(torn)
     run = reopen(copy)
     assert run.next_index == 3
     plan = run.prepare()
-    report = run.finish(plan, toy_robot.record_trial(plan, run.directory.trials_directory))
+    report = run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
     assert report.row.trial == 4
     assert torn.exists()
     assert run.prepare().iteration.index == 4
@@ -168,6 +168,23 @@ def test_cancelled_learning_leaves_nothing_behind(copy, reopen):
 def test_another_configuration_is_refused_by_name(copy, reopen, name, change):
     with pytest.raises(RunDirectoryError, match=name):
         reopen(copy, settings=dataclasses.replace(SETTINGS, **change))
+
+
+def test_a_run_with_names_of_before_goes_on(copy, reopen):
+    policies = [f"policy_{number:03d}.yaml" for number in range(3)]
+    for name, new, old in [
+        ("config.yaml", "linear_phase.count", "phase_count"),
+        ("config.yaml", "rbf.count", "rbf_count"),
+        ("config.yaml", "feature_matching.variance_weight", "variance_weight"),
+        ("config.yaml", "imitation", "method"),
+        ("config.yaml", "screening_evaluations", "race"),
+        *((name, "control_limit", "velocity_limit") for name in policies),
+    ]:
+        text = (copy / name).read_text()
+        assert f"{new}:" in text
+        (copy / name).write_text(text.replace(f"{new}:", f"{old}:"))
+    drop_rows(copy, 1)  # trials that have to be recognised by their policies
+    assert reopen(copy).next_index == 3
 
 
 def test_the_number_of_threads_is_no_configuration(copy, reopen):

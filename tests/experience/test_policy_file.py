@@ -18,6 +18,7 @@ from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import RbfPolicy
 
 JOINTS = ("left", "right", "waist")
+ALL = Joints(JOINTS)
 random = np.random.default_rng(3)
 LIMIT = np.array([0.5, 1.0, 1.5])
 EXAMPLES = {
@@ -44,7 +45,7 @@ def same(left: policies.Policy, right: policies.Policy) -> bool:
 @pytest.mark.parametrize("kind", policies.REGISTRY.names())
 def test_every_kind_survives_parameters_and_file_bit_by_bit(tmp_path, kind):
     policy = example(kind)
-    parameters = policy_to_parameters(policy, JOINTS)
+    parameters = policy_to_parameters(policy, ALL)
     assert set(parameters) <= set(parameter_types())
     for name, value in parameters.items():
         assert type(value) is parameter_types()[name], name
@@ -52,7 +53,7 @@ def test_every_kind_survives_parameters_and_file_bit_by_bit(tmp_path, kind):
     assert joints.names == JOINTS
     assert same(again, policy)
     path = tmp_path / "policy_007.yaml"
-    write_policy_file(path, policy, JOINTS)
+    write_policy_file(path, policy, ALL)
     from_file, joints = read_policy_file(path)
     assert joints.names == JOINTS
     assert same(from_file, policy)
@@ -63,18 +64,18 @@ def test_every_kind_survives_parameters_and_file_bit_by_bit(tmp_path, kind):
 def test_widths_of_each_control_are_told_from_shared_ones():
     arrays = example("rbf").to_arrays()
     own = policies.from_arrays("rbf", {**arrays, "log_widths": 0.1 * random.normal(size=(3, 6))})
-    assert same(policy_from_parameters(policy_to_parameters(own, JOINTS))[0], own)
+    assert same(policy_from_parameters(policy_to_parameters(own, ALL))[0], own)
 
 
 def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
     path = tmp_path / "policy.yaml"
     settings = {"horizon": 16, "velocity_limit": (1.0, 2.0, 3.0), "start_position": np.arange(3.0)}
-    write_policy_file(path, example("linear"), JOINTS, settings)
+    write_policy_file(path, example("linear"), ALL, settings)
     parameters = load_parameters_file(path, "controller")
     assert parameters["horizon"] == 16
     assert parameters["velocity_limit"] == [1.0, 2.0, 3.0]
     assert parameters["start_position"] == [0.0, 1.0, 2.0]
-    assert parameters["policy.velocity_limit"] == LIMIT.tolist()
+    assert parameters["policy.control_limit"] == LIMIT.tolist()
     document = yaml.safe_load(path.read_text())
     assert document["/**/controller"]["ros__parameters"]["policy"]["kind"] == "linear"
     assert load_parameters_file(path, "learner") == {}
@@ -83,7 +84,7 @@ def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"kind": "magic"}, "'magic' is unknown; valid kinds: linear"),
+        ({"kind": "magic"}, "'magic' is unknown; valid: linear"),
         ({"kind": ""}, "policy.kind is missing or empty"),
         ({"joints": []}, "policy.joints is missing or empty"),
         ({"joints": ["left", "left", "waist"]}, "names a joint twice"),
@@ -93,26 +94,26 @@ def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
         ({"weights": [1.0] * 17 + [float("nan")]}, "weights of a linear policy holds nan"),
         ({"weights": ["much"] * 18}, "policy.weights holds something else than numbers"),
         ({"bias": [0.0]}, "bias of a linear policy has shape"),
-        ({"velocity_limit": [1.0, -1.0, 1.0]}, "expected at least 0"),
+        ({"control_limit": [1.0, -1.0, 1.0]}, "expected at least 0"),
         ({"magic": [1.0]}, "unknown: magic"),
     ],
 )
 def test_what_is_wrong_is_named(changes, message):
-    parameters = policy_to_parameters(example("linear"), JOINTS)
+    parameters = policy_to_parameters(example("linear"), ALL)
     parameters.update({f"policy.{name}": value for name, value in changes.items()})
     with pytest.raises(InvalidSettingError, match=message):
         policy_from_parameters(parameters)
 
 
 def test_a_missing_field_and_a_missing_file_are_named(tmp_path):
-    parameters = policy_to_parameters(example("linear"), JOINTS)
+    parameters = policy_to_parameters(example("linear"), ALL)
     del parameters["policy.bias"]
     with pytest.raises(InvalidSettingError, match="missing: bias"):
         policy_from_parameters(parameters)
     with pytest.raises(InvalidSettingError, match=r"none\.yaml"):
         read_policy_file(tmp_path / "none.yaml")
     with pytest.raises(InvalidSettingError, match="does not fit 2 joints"):
-        policy_to_parameters(example("linear"), JOINTS[:2])
+        policy_to_parameters(example("linear"), Joints(JOINTS[:2]))
 
 
 def test_a_policy_of_unactuated_and_continuous_joints_survives(tmp_path):
@@ -130,4 +131,4 @@ def test_a_policy_of_unactuated_and_continuous_joints_survives(tmp_path):
     assert same(again, own)
     assert of == joints
     with pytest.raises(InvalidSettingError, match="expected 2 controls and 4 states"):
-        policy_to_parameters(own, joints.names)
+        policy_to_parameters(own, Joints(joints.names))

@@ -8,6 +8,7 @@ from irlpilco_ros.experience.bag_reader import read_bag, read_recording
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.learning.joints import Joints
 
 
 def test_a_torn_bag_becomes_a_whole_one_beside_it(tmp_path):
@@ -39,7 +40,7 @@ def test_a_second_recovery_overwrites_nothing(tmp_path):
 def test_a_bag_that_only_lacks_its_metadata_is_recovered(tmp_path):
     bag = write_trajectory(tmp_path, trial())
     (bag / "metadata.yaml").unlink()
-    assert read_bag(recover(bag)).rollout(("elbow",), 16).steps == 16
+    assert read_bag(recover(bag)).rollout(Joints(("elbow",)), 16).steps == 16
 
 
 def test_a_whole_bag_and_one_without_messages_are_refused(tmp_path):

@@ -20,6 +20,7 @@ from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import LinearPolicy
 
 CONFIGURATION = {"horizon": 16, "starts": ("last", "zero"), "velocity_limit": np.array([0.5, 1.5])}
@@ -57,7 +58,7 @@ def test_a_new_run_has_its_configuration_and_a_copy_of_the_demonstration(run, sh
     assert (run.demonstration_directory / "metadata.yaml").exists()
     assert run.iterations() == ()
     assert run.metrics() == ()
-    assert run.trials(JOINTS, 16) == {}
+    assert run.trials(Joints(JOINTS), 16) == {}
 
 
 def test_the_same_again_goes_on(run, shown):
@@ -158,7 +159,7 @@ def test_reading_needs_no_claim_but_writing_does(run):
     assert reader.metrics() == ()
     for write in (
         lambda: reader.append_metrics(row(0)),
-        lambda: reader.write_policy(0, policy(0), JOINTS),
+        lambda: reader.write_policy(0, policy(0), Joints(JOINTS)),
     ):
         with pytest.raises(RunDirectoryError, match="open for reading only; claim it first"):
             write()
@@ -166,7 +167,7 @@ def test_reading_needs_no_claim_but_writing_does(run):
 
 def test_trials_are_found_by_what_the_robot_did(run):
     for k in (0, 1, 2):
-        run.write_policy(k, policy(k), JOINTS)
+        run.write_policy(k, policy(k), Joints(JOINTS))
     trials = run.trials_directory
     write_trajectory(trials, trial(policy=policy(0), seed=10))  # 000
     write_trajectory(trials, trial(steps=9, policy=policy(1), seed=11))  # 001: stopped early
@@ -176,27 +177,27 @@ def test_trials_are_found_by_what_the_robot_did(run):
     (trials / "004").mkdir()  # killed before the first byte
     write_trajectory(trials, trial(policy=policy(1), seed=13))  # 005
     write_trajectory(trials, trial(seed=14))  # 006: nobody's
-    found = run.trials(JOINTS, 16)
+    found = run.trials(Joints(JOINTS), 16)
     assert {k: each.number for k, each in found.items()} == {0: 0, 1: 5}
     assert found[1].path == trials / "005"
     np.testing.assert_array_equal(
-        found[1].rollout.states, trial(policy=policy(1), seed=13).rollout(JOINTS).states
+        found[1].rollout.states, trial(policy=policy(1), seed=13).rollout(Joints(JOINTS)).states
     )
 
 
 def test_equal_policies_of_two_iterations_take_one_trial_each(run):
     for k in (0, 1):
-        run.write_policy(k, policy(7), JOINTS)
+        run.write_policy(k, policy(7), Joints(JOINTS))
     for seed in (1, 2, 3):
         write_trajectory(run.trials_directory, trial(policy=policy(7), seed=seed))
-    assert {k: each.number for k, each in run.trials(JOINTS, 16).items()} == {0: 0, 1: 1}
+    assert {k: each.number for k, each in run.trials(Joints(JOINTS), 16).items()} == {0: 0, 1: 1}
 
 
 def test_a_command_that_is_off_by_a_little_is_another_policys(run):
-    run.write_policy(0, policy(0), JOINTS)
+    run.write_policy(0, policy(0), Joints(JOINTS))
     nearly = policy(0).with_parameters(policy(0).parameters + 1e-7)
     write_trajectory(run.trials_directory, trial(policy=nearly))
-    assert run.trials(JOINTS, 16) == {}
+    assert run.trials(Joints(JOINTS), 16) == {}
 
 
 def test_an_iteration_comes_back_with_its_policy(run):
@@ -217,7 +218,7 @@ def test_an_iteration_comes_back_with_its_policy(run):
         policy_seconds=2.5,
         notes=("a jitter of 1e-9 was added",),
     )
-    run.write_iteration(learned, JOINTS, {"start_position": [0.0, 0.1, 0.2]})
+    run.write_iteration(learned, Joints(JOINTS), {"start_position": [0.0, 0.1, 0.2]})
     assert run.iterations() == (1,)
     again = RunDirectory(run.path).read_iteration(1)
     for name, value in learned.to_arrays().items():
@@ -230,16 +231,16 @@ def test_an_iteration_comes_back_with_its_policy(run):
         assert float(arrays["cost"]) == 1 / 3
     run.append_metrics(row(1))
     with pytest.raises(RunDirectoryError, match=r"iteration 1 of .* is over"):
-        run.write_iteration(learned, JOINTS)
+        run.write_iteration(learned, Joints(JOINTS))
 
 
 def test_a_judged_iteration_is_never_written_again(run):
-    run.write_policy(0, policy(0), JOINTS)
-    run.write_policy(0, policy(1), JOINTS)  # its trial has not been judged: it may change
+    run.write_policy(0, policy(0), Joints(JOINTS))
+    run.write_policy(0, policy(1), Joints(JOINTS))  # its trial has not been judged: it may change
     run.append_metrics(row(0))
     run.append_metrics(row(None, 3))
     with pytest.raises(RunDirectoryError, match=r"iteration 0 of .* is over"):
-        run.write_policy(0, policy(2), JOINTS)
+        run.write_policy(0, policy(2), Joints(JOINTS))
     np.testing.assert_array_equal(run.read_policy(0).weights, policy(1).weights)
     assert [each.iteration for each in run.metrics()] == [0]
     assert run.replay_metrics() == row(None, 3)
@@ -248,7 +249,7 @@ def test_a_judged_iteration_is_never_written_again(run):
 def test_an_unreadable_iteration_is_named_and_half_of_one_does_not_count(run):
     run.iteration_file(1).write_bytes(b"PK\x03\x04 torn")
     assert run.iterations() == ()  # its policy was never written
-    run.write_policy(1, policy(1), JOINTS)
+    run.write_policy(1, policy(1), Joints(JOINTS))
     assert run.iterations() == (1,)
     with pytest.raises(RunDirectoryError, match="cannot read iteration 1"):
         run.read_iteration(1)

@@ -20,14 +20,14 @@ def cut(trajectory: Trajectory, keep) -> Trajectory:
 
 def test_a_trial_gives_every_state_with_its_control_and_the_last_state():
     whole = trial(steps=16)
-    rollout = whole.rollout(JOINTS, 16)
+    rollout = whole.rollout(Joints(JOINTS), 16)
     np.testing.assert_array_equal(rollout.states, np.hstack([whole.positions, whole.velocities]))
     np.testing.assert_array_equal(rollout.controls, whole.commands[:16])
 
 
 def test_joints_come_in_the_order_that_is_asked_for():
     whole = trial()
-    rollout = whole.rollout(("wrist", "shoulder"), 16)
+    rollout = whole.rollout(Joints(("wrist", "shoulder")), 16)
     np.testing.assert_array_equal(rollout.states[:, :2], whole.positions[:, [2, 0]])
     np.testing.assert_array_equal(rollout.states[:, 2:], whole.velocities[:, [2, 0]])
     np.testing.assert_array_equal(rollout.controls, whole.commands[:16, [2, 0]])
@@ -40,27 +40,29 @@ def test_samples_without_commands_around_and_within_a_trial_are_left_out():
     commands = whole.commands[rows].copy()
     commands[[0, 1, -1]] = np.nan
     framed = Trajectory(JOINTS, stamps, whole.positions[rows], whole.velocities[rows], commands)
-    np.testing.assert_array_equal(framed.rollout(JOINTS, 4).states, whole.rollout(JOINTS).states)
+    np.testing.assert_array_equal(
+        framed.rollout(Joints(JOINTS), 4).states, whole.rollout(Joints(JOINTS)).states
+    )
 
 
 def test_a_demonstration_has_no_controls_and_is_cut_to_the_horizon():
     shown = demonstration(steps=20)
-    rollout = shown.rollout(JOINTS, 16)
+    rollout = shown.rollout(Joints(JOINTS), 16)
     assert not rollout.commanded
     np.testing.assert_array_equal(rollout.states[:, :3], shown.positions[:17])
-    assert shown.rollout(JOINTS).steps == 20
+    assert shown.rollout(Joints(JOINTS)).steps == 20
     with pytest.raises(IncompleteTrialError, match="21 samples; expected at least 31"):
-        shown.rollout(JOINTS, 30)
+        shown.rollout(Joints(JOINTS), 30)
 
 
 def test_a_trial_without_its_zero_command_broke_off():
     with pytest.raises(IncompleteTrialError, match="broke off after 10 of 16 commands"):
-        cut(trial(), slice(10)).rollout(JOINTS, 16)
+        cut(trial(), slice(10)).rollout(Joints(JOINTS), 16)
 
 
 def test_a_trial_that_was_stopped_early_is_incomplete():
     with pytest.raises(IncompleteTrialError, match="the trial has 9 of 16 control periods"):
-        trial(steps=9).rollout(JOINTS, 16)
+        trial(steps=9).rollout(Joints(JOINTS), 16)
 
 
 def test_a_missing_sample_is_named():
@@ -68,7 +70,7 @@ def test_a_missing_sample_is_named():
     assert holed.missing == 1
     message = r"1 samples are missing.* 1\.000 s pass after sample 5 at stamp 1002\.500 s"
     with pytest.raises(IncompleteTrialError, match=message):
-        holed.rollout(JOINTS, 15)
+        holed.rollout(Joints(JOINTS), 15)
 
 
 def test_a_command_whose_state_is_missing_is_named():
@@ -78,12 +80,12 @@ def test_a_command_whose_state_is_missing_is_named():
     holed = dataclasses.replace(whole, positions=positions)
     assert holed.missing == 1
     with pytest.raises(IncompleteTrialError, match=r"sample 4 at stamp 1002\.000 s"):
-        holed.rollout(JOINTS, 16)
+        holed.rollout(Joints(JOINTS), 16)
 
 
 def test_an_unknown_joint_is_named():
     with pytest.raises(BagError, match="not recorded: knee; recorded joints: shoulder, elbow"):
-        trial().rollout(("elbow", "knee"), 16)
+        trial().rollout(Joints(("elbow", "knee")), 16)
 
 
 def test_shapes_and_stamps_are_checked():

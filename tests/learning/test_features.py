@@ -21,7 +21,7 @@ FEATURES = [
     JointPositions(3),
     PositionsAndAngles((2,), (1,)),
     PositionsAndAngles((0, 3), (2, 1)),
-    CubatureFeatures(2, 3, planar_arm),
+    CubatureFeatures(3, planar_arm, ("m", "m")),
 ]
 
 

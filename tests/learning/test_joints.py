@@ -10,13 +10,12 @@ CART_POLE = Joints(("cart", "pole"), unactuated=("pole",), continuous=("pole",))
 
 
 def test_mere_names_are_commanded_and_seen_as_they_are():
-    joints = Joints.of(["a", "b"])
+    joints = Joints(("a", "b"))
     assert joints == Joints(("a", "b"))
     assert joints.commanded == ("a", "b")
-    assert joints.features == JointPositions(2)
+    assert JointPositions.of_robot(joints) == JointPositions(2)
     state = np.arange(4.0)
     np.testing.assert_array_equal(joints.layout.policy_view(state), state)
-    assert Joints.of(CART_POLE) is CART_POLE
 
 
 def test_a_cart_pole_is_seen_as_pilco_sees_it():
@@ -24,7 +23,8 @@ def test_a_cart_pole_is_seen_as_pilco_sees_it():
     seen = [0.3, -0.1, 0.7, np.sin(2.0), np.cos(2.0)]
     np.testing.assert_allclose(CART_POLE.layout.policy_view(state), seen)
     np.testing.assert_allclose(CART_POLE.layout.dynamics_view(state), seen)
-    np.testing.assert_allclose(CART_POLE.features.of(state), [0.3, np.sin(2.0), np.cos(2.0)])
+    features = JointPositions.of_robot(CART_POLE)
+    np.testing.assert_allclose(features.of(state), [0.3, np.sin(2.0), np.cos(2.0)])
     assert CART_POLE.policy_size == 5
     assert (CART_POLE.commanded, CART_POLE.commanded_columns) == (("cart",), [0])
 

@@ -162,7 +162,7 @@ def test_no_policy_holds_a_number_that_is_not_finite(kind, bad):
 
 def test_refusals_name_what_is_wrong():
     arrays = make("linear").to_arrays()
-    with pytest.raises(InvalidSettingError, match="valid kinds: linear"):
+    with pytest.raises(InvalidSettingError, match="'quadratic' is unknown; valid: linear"):
         from_arrays("quadratic", arrays)
     with pytest.raises(InvalidSettingError, match="missing: bias"):
         from_arrays("linear", {k: v for k, v in arrays.items() if k != "bias"})

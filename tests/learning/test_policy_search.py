@@ -8,17 +8,14 @@ from irlpilco_ros.learning.costs import FeatureMatching
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.gp.trial_data import train_on_trials
-from irlpilco_ros.learning.irl_pilco import (
-    LearningSettings,
-    imitation_objective,
-    initial_policy,
-    weigh,
-)
+from irlpilco_ros.learning.learn import expected_cost, weigh
+from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy
+from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.search.policy_search import search_policy
 
 LIMIT = np.array([1.0, 0.8])
@@ -58,7 +55,7 @@ def test_gauss_newton_needs_fewer_evaluations_to_imitate():
     prior = velocity_prior(JOINTS, task.dt)
     model = train_on_trials(trials, task.state_layout, prior, None, 1)
     weights, _ = weigh(task, settings, trials)
-    problem = imitation_objective(task, settings, model, trials, weights)
+    problem = expected_cost(task, settings, model, trials, weights)
     gauss_newton = search_policy(problem, [first], "gauss_newton", 10)
     lbfgs = search_policy(problem, [first], "lbfgs", 20)
     assert gauss_newton.cost < 0.5 * lbfgs.cost

@@ -9,7 +9,7 @@ from toy_models import LaggingJoints, toy_model, toy_task
 from irlpilco_ros.learning.costs import FeatureMatching
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.irl_pilco import learn
+from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy

@@ -15,6 +15,7 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters, write_policy_file
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import LinearPolicy, OpenLoopPolicy
 from irlpilco_ros.ros.messages import nanoseconds
 from irlpilco_ros.ros.qos import COMMAND_RECORDING
@@ -92,7 +93,9 @@ LINEAR = LinearPolicy(GAINS, np.array([0.3, -0.4]), np.array([1.0, 2.0]))
 
 def run_trial(ros, lockstep):
     """Run one trial of LINEAR; return the robot, and its commands by their stamps."""
-    ros.start(CONTROLLER, parameters={**ROBOT, **policy_to_parameters(LINEAR, JOINTS)})
+    ros.start(
+        CONTROLLER, parameters={**ROBOT, **policy_to_parameters(LINEAR, Joints(tuple(JOINTS)))}
+    )
     with FakeRobot(ros, JOINTS, [0.1, -0.1], wall_step=0.004, lockstep=lockstep) as robot:
         ros.wait_for(lambda: len(robot.states) > 1, "states")
         answer = trigger_when_heard(ros, "controller/run_trial")
@@ -149,7 +152,7 @@ def test_only_velocities_move_the_robot_to_its_start_and_within_its_speed(ros):
 def test_a_policy_file_runs_without_a_learner_and_with_a_namespace(ros, tmp_path):
     policy = OpenLoopPolicy(np.array([[0.1, -0.2]] * HORIZON), np.array([1.0, 2.0]), 4)
     path = tmp_path / "policy_007.yaml"
-    write_policy_file(path, policy, JOINTS, {**ROBOT, "start_position": [0.0, 0.0]})
+    write_policy_file(path, policy, Joints(tuple(JOINTS)), {**ROBOT, "start_position": [0.0, 0.0]})
     parameters = {"velocity_controller_output": True}
     ros.start(CONTROLLER, files=[path], parameters=parameters, namespace="/robot")
     topic = "/robot/velocity_controller/commands"
@@ -249,7 +252,7 @@ def test_a_policy_change_stops_the_trial(graph, robot, diagnostics):
 
 def test_a_refused_policy_does_not_disturb_the_trial(graph, robot):
     answer = begin_trial(graph, robot, MOVING)
-    too_fast = {**table([0.2, 0.2]), "policy.velocity_limit": [1.0, 9.0]}
+    too_fast = {**table([0.2, 0.2]), "policy.control_limit": [1.0, 9.0]}
     assert not graph.set_parameters("controller", too_fast).successful
     time.sleep(0.05)
     assert not answer.done()

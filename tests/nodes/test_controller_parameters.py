@@ -10,6 +10,7 @@ from controlled_robot import CONTROLLER, JOINTS, LONG, MOVING, ROBOT, table
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import LinearPolicy
 
 pytestmark = pytest.mark.dds
@@ -24,7 +25,7 @@ def graph(shared_ros):
 BAD_POLICIES = {
     "shape": ({"policy.controls": [0.1, 0.2, 0.3]}, "3 values"),
     "finiteness": ({"policy.controls": [0.1, math.nan]}, "expected finite numbers"),
-    "limit": ({"policy.velocity_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
+    "limit": ({"policy.control_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
     "unknown joint": ({"policy.joints": ["elbow", "hand"]}, "unknown: hand; missing: wrist"),
     "order": ({"policy.joints": ["wrist", "elbow"]}, "in this order: elbow, wrist"),
     "kind": ({"policy.kind": "wild"}, "'wild' is unknown"),
@@ -52,7 +53,7 @@ def test_a_bad_policy_is_refused_whole_and_with_its_reason(graph, case):
 def test_a_policy_of_another_kind_leaves_nothing_of_the_one_before(graph):
     assert graph.set_parameters("controller", MOVING).successful
     policy = LinearPolicy(np.zeros((2, 4)), np.zeros(2), np.ones(2))
-    linear = policy_to_parameters(policy, JOINTS)
+    linear = policy_to_parameters(policy, Joints(tuple(JOINTS)))
     assert graph.set_parameters("controller", linear).successful
     assert list(graph.get_parameter("controller", "policy.controls")) == []
     assert graph.get_parameter("controller", "policy.state_size") == 0
@@ -74,9 +75,9 @@ def test_every_parameter_says_what_it_means(graph):
 
 
 def test_a_bad_policy_file_ends_the_node_with_one_line(ros):
-    parameters = {**ROBOT, **MOVING, "policy.velocity_limit": [1.0, 3.0]}
+    parameters = {**ROBOT, **MOVING, "policy.control_limit": [1.0, 3.0]}
     process = ros.start(CONTROLLER, parameters=parameters, wait=False)
     process.expected_code = 1
     assert process.wait() == 1
-    assert process.output.startswith("error: policy.velocity_limit of joint wrist is 3;")
+    assert process.output.startswith("error: policy.control_limit of joint wrist is 3;")
     assert len(process.output.splitlines()) == 1

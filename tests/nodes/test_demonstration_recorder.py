@@ -15,6 +15,7 @@ from irlpilco_ros.experience.bag_reader import read_bag, read_recording
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.ros.messages import joint_command, time_message
 from irlpilco_ros.ros.qos import JOINT_STATES_PUB
 
@@ -113,7 +114,7 @@ def test_demonstrations_one_after_the_other(ros, tmp_path):
     assert "5 samples, 0 missing, one every 0.500 s" in stopped.message
     recorded = assert_true_to_robot(first)
     np.testing.assert_allclose(recorded.stamps, 7.0 + 0.5 * np.arange(5), atol=1e-9)
-    rollout = recorded.rollout(JOINTS, 4)
+    rollout = recorded.rollout(Joints(JOINTS), 4)
     assert rollout.states.shape == (5, 6)
     assert not rollout.commanded
     recording = read_recording(first)
@@ -143,7 +144,7 @@ def test_a_trial_pairs_each_command_with_the_state_it_was_decided_on(ros, tmp_pa
     stopped = robot.call("stop")
     recorded = assert_true_to_robot(bag_of(stopped))
     assert recorded.missing == 0
-    rollout = recorded.rollout(JOINTS, 6)
+    rollout = recorded.rollout(Joints(JOINTS), 6)
     begin = 7.73 + 0.5 * np.arange(7)
     np.testing.assert_allclose(rollout.states[:, 0], begin, atol=1e-12)
     speeds = 0.1 * np.arange(1, 7)
@@ -156,7 +157,7 @@ def test_a_trial_that_broke_off_is_readable_and_says_so(ros, tmp_path):
     robot.trial(steps=3)
     recorded = assert_true_to_robot(bag_of(robot.call("stop")))
     with pytest.raises(Exception, match="the trial has 3 of 16 control periods"):
-        recorded.rollout(JOINTS, 16)
+        recorded.rollout(Joints(JOINTS), 16)
 
 
 def test_start_without_a_robot_says_what_is_missing(ros, tmp_path):

@@ -12,7 +12,8 @@ from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.irl_pilco import Iteration
+from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import LinearPolicy
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -81,9 +82,9 @@ def write_run(
         for k in range(iterations + 1):
             found = _found(k, positions)
             if k == 0:
-                run.write_policy(0, found.policy, joints)
+                run.write_policy(0, found.policy, Joints(joints))
             else:
-                run.write_iteration(found, joints)
+                run.write_iteration(found, Joints(joints))
             trial = _recorded(joints, positions + LATE * (k + 1), True)
             write_trajectory(run.trials_directory, trial)
             run.append_metrics(_row(k, k, LATE * (k + 1)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 from PIL import Image
 from report_runs import demonstrated, write_run
 
+from irlpilco_ros.cli import main
 from irlpilco_ros.report import build_report, sweeps
 from irlpilco_ros.report.resimulation import PIECES, can_resimulate, count_debris
+from irlpilco_ros.resources import config_file, recording
 from sim_bridge.guided_motion import GuidedMotion, load_motion
 from sim_bridge.joints import ARM_JOINTS
 from sim_bridge.rendering import can_render
@@ -80,3 +83,34 @@ def test_arms_that_stand_still_sweep_nothing() -> None:
 def test_only_joints_of_the_simulated_robot_can_be_simulated() -> None:
     assert can_resimulate(ARM_JOINTS[:7])
     assert not can_resimulate((*ARM_JOINTS, "lift"))
+
+
+def test_report_of_a_cart_pole_whose_pole_nobody_commands(tmp_path: Path) -> None:
+    settings = tmp_path / "quick.yaml"
+    settings.write_text(
+        "/**: {ros__parameters: {prior_mean: zero, policy: rbf, initial_policy: random_controls, "
+        "optimiser: bfgs, starts: [last], evaluations: 1, screening_evaluations: 0}}"
+    )
+    for number in ("000", "001"):
+        shutil.copytree(recording("cart_pole/expert"), tmp_path / "trials" / number)
+    run = tmp_path / "run"
+    arguments = [
+        *("--demonstration", str(recording("cart_pole/expert"))),
+        *("--trials", str(tmp_path / "trials")),
+        *("--robot", str(config_file("cart_pole.yaml"))),
+        *("--settings", str(settings)),
+        *("--run-directory", str(run)),
+    ]
+    assert main(["train", *arguments]) == 0
+    assert main(["report", str(run)]) == 0
+    html = (run / "report" / "index.html").read_text(encoding="utf-8")
+    assert "feature units" in html  # x in metres, theta as sine and cosine
+    assert "Trial 1</b>" in html
+    assert "Length-scales" in html
+
+
+def test_report_of_joints_with_names_of_any_kind(tmp_path: Path) -> None:
+    names = (r"$\frac{$", "<i>&")
+    run = write_run(tmp_path / "odd", names, demonstrated(2, 4), 1)
+    html = build_report(run.path).read_text(encoding="utf-8")
+    assert "<i>&" not in html

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.control.joint_state_tracker import Sample
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.ros.messages import (
     command_values,
     joint_command,
+    joint_state,
     nanoseconds,
-    sample,
     time_message,
 )
 
@@ -23,10 +23,12 @@ def test_stamps_come_back_to_the_nanosecond(stamp):
     assert nanoseconds(time_message(stamp)) == stamp
 
 
-def test_a_joint_state_as_a_sample():
+def test_a_joint_state_in_plain_form():
     message = JointState(name=["a", "b"], position=[1.0, 2.0], velocity=[3.0, 4.0])
     message.header.stamp = time_message(1_500_000_000)
-    assert sample(message) == Sample(1_500_000_000, ("a", "b"), (1.0, 2.0), (3.0, 4.0))
+    assert joint_state(message) == JointStateMessage(
+        1_500_000_000, ("a", "b"), (1.0, 2.0), (3.0, 4.0)
+    )
 
 
 def test_commands_fill_the_field_of_their_interface_and_are_read_from_it():

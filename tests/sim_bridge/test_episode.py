@@ -8,7 +8,7 @@ import pytest
 from sim_bridge import episode
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import (
-    APPROACH_TOLERANCE,
+    SETTINGS,
     move_to_start,
     play_demonstration,
     run_episode,
@@ -76,7 +76,7 @@ def test_move_to_start_arrives_and_stands() -> None:
     for preset in ("stiff", "compliant"):
         robot = BaxterSimulation(SimulationSettings(preset=preset, speed_factor=(0.7,)))
         move_to_start(robot, start)
-        assert np.abs(robot.true_positions - start).max() < APPROACH_TOLERANCE + 2e-3
+        assert np.abs(robot.true_positions - start).max() < SETTINGS.start_tolerance + 2e-3
         assert np.abs(robot.true_velocities).max() < 0.02
 
 
@@ -84,7 +84,7 @@ def test_move_to_start_says_what_is_in_the_way() -> None:
     robot = BaxterSimulation()
     goal = robot.true_positions
     goal[0] = robot.position_limits[1, 0] + 0.3
-    with pytest.raises(ApproachError, match="left_s0 is still"):
+    with pytest.raises(ApproachError, match="left_s0 is farthest"):
         move_to_start(robot, goal)
 
 
@@ -95,9 +95,9 @@ def test_arms_that_caught_each_other_come_free() -> None:
     rng = np.random.default_rng(14)
     wild = [rng.uniform(-1, 1, 14) * np.sign(np.sin(k / 3 + 14)) for k in range(16)]
     run_trial(robot, Replay(np.array(wild)), horizon=16)
-    assert not episode._approach(robot, start), "the straight way is blocked"
+    assert not episode._approach(robot, start).succeeded, "the straight way is blocked"
     move_to_start(robot, start)
-    assert np.abs(robot.true_positions - start).max() < APPROACH_TOLERANCE + 2e-3
+    assert np.abs(robot.true_positions - start).max() < SETTINGS.start_tolerance + 2e-3
 
 
 def test_demonstration_follows_the_sweep_and_nobody_commands() -> None:

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from sim_bridge.guided_motion import SWEEP, Approach, GuidedMotion, load_motion
+from sim_bridge.guided_motion import SWEEP, GuidedMotion, MinimumJerk, load_motion
 
 MOTIONS = {
     "sweep": load_motion(),
-    "approach": Approach.within_speed([0.0, 1.0], [0.5, -1.0], speed=0.4),
+    "approach": MinimumJerk.within_speed([0.0, 1.0], [0.5, -1.0], speed=0.4),
 }
 
 
@@ -63,7 +63,7 @@ def test_velocity_does_not_jump(name: str) -> None:
 def test_approach_ends_at_the_goal_within_the_speed(
     start: list[float], goal: list[float], speed: float
 ) -> None:
-    approach = Approach.within_speed(start, goal, speed)
+    approach = MinimumJerk.within_speed(start, goal, speed)
     np.testing.assert_allclose(approach.at(0.0)[0], start, atol=1e-12)
     np.testing.assert_allclose(approach.at(approach.duration)[0], goal, atol=1e-12)
     moments = np.linspace(0.0, approach.duration, 101)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -37,6 +37,19 @@ class Cost(Protocol):
 
     def evaluate(self, means: Array, covariances: Array) -> CostValue:
         """Return the cost of means (H + 1, D) and covariances (H + 1, D, D)."""
+
+
+class StepwiseCost(Cost, Protocol):
+    """A cost that is a sum over steps, so that it can be looked at over part of a trial."""
+
+    def until(self, horizon: int) -> Self:
+        """Return the cost of the first steps alone, t = 0..horizon."""
+
+    def steps(self, means: Array, covariances: Array) -> Array:
+        """Return what each step t = 0..H adds to the cost, shape (H + 1,)."""
+
+    def standing_still(self) -> float:
+        """Return what a step costs on average that stays in the middle of the demonstration."""
 
 
 @dataclass(frozen=True)

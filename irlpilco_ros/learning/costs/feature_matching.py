@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -60,9 +61,13 @@ class FeatureMatching:
         added: Array = np.sum(self._factors() * squares, axis=1)
         return added
 
-    def until(self, horizon: int) -> FeatureMatching:
+    def until(self, horizon: int) -> Self:
         """Return the cost of the first steps alone, t = 0..horizon."""
         return dataclasses.replace(self, reference=self.reference[: horizon + 1])
+
+    def standing_still(self) -> float:
+        """Return the cost of a step at the mean of the demonstration's features, on average."""
+        return SCALE * float(self.weights @ self.reference.var(axis=0))
 
     def _factors(self) -> Array:
         """Return alpha gamma^t w, shape (H + 1, k)."""

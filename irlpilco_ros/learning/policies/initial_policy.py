@@ -34,12 +34,16 @@ def initial_policy(task: Task, settings: LearningSettings) -> Policy:
     """
     if settings.initial_policy == "demonstration":
         return fitted_policy(task, settings, task.demonstrated_controls())
-    zero = zero_policy(task, settings)
-    if settings.initial_policy == "zero":
-        return zero
     if settings.initial_policy == "random_controls":
-        return random_controls(task.horizon, zero.control_limit, zero.state_size, settings.seed)
-    return random_policy(zero, settings.seed)
+        return random_controls(task, settings)
+    zero = zero_policy(task, settings)
+    return zero if settings.initial_policy == "zero" else random_policy(zero, settings.seed)
+
+
+def open_loop_policy(task: Task) -> OpenLoopPolicy:
+    """Return the replay of the demonstration's own speeds: the baseline of all learning."""
+    controls = np.clip(task.demonstrated_controls(), -task.control_limit, task.control_limit)
+    return OpenLoopPolicy(controls, task.control_limit, task.state_size)
 
 
 def zero_policy(task: Task, settings: LearningSettings) -> Policy:
@@ -61,10 +65,11 @@ def random_policy(policy: Policy, seed: int) -> Policy:
     return policy.with_parameters(rng.standard_normal(policy.parameters.shape))
 
 
-def random_controls(horizon: int, limit: Array, state_size: int, seed: int) -> OpenLoopPolicy:
-    """Return controls drawn evenly from within the limit (F,), as PILCO's first trial has them."""
-    rng = np.random.default_rng(seed)
-    return OpenLoopPolicy(rng.uniform(-1.0, 1.0, (horizon, len(limit))) * limit, limit, state_size)
+def random_controls(task: Task, settings: LearningSettings) -> OpenLoopPolicy:
+    """Return controls drawn evenly from within the limit, as PILCO's first trial has them."""
+    limit = policy_limit(task, settings)
+    controls = np.random.default_rng(settings.seed).uniform(-1.0, 1.0, (task.horizon, len(limit)))
+    return OpenLoopPolicy(controls * limit, limit, task.policy_size)
 
 
 def policy_limit(task: Task, settings: LearningSettings) -> Array:

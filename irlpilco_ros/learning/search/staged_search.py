@@ -1,10 +1,10 @@
 """Following a demonstration as far as the model knows the way, then further.
 
-Over a whole trial, feature matching has optima that no search leaves: a swing-up to the wrong side
-ends upright as well. And where the model knows nothing, the cost of the rest of the trial, about
-the same for every policy, outweighs the beginning. So the horizon grows in stages, as long as the
-prediction stays with the demonstration; the trial that follows goes a little further than that, and
-brings data from there.
+Over a whole trial, imitation step by step has optima that no search leaves: a swing-up to the wrong
+side ends upright as well. And where the model knows nothing, the cost of the rest of the trial,
+about the same for every policy, outweighs the beginning. So the horizon grows in stages, as long as
+the prediction stays with the demonstration; the trial that follows goes a little further than that,
+and brings data from there.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from irlpilco_ros.learning.costs import FeatureMatching
-from irlpilco_ros.learning.costs.feature_matching import SCALE
+from irlpilco_ros.learning.costs import StepwiseCost
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
@@ -29,19 +28,19 @@ _LOST = 0.25  # of the features' weighted variance along the demonstration, in o
 
 @dataclasses.dataclass(frozen=True)
 class StagedSearch:
-    """Feature matching over growing horizons.
+    """Policy search over growing horizons.
 
     Attributes:
         objective: J(theta) over the whole horizon.
-        cost: Its cost, of feature matching.
+        cost: Its cost.
         optimiser: As `search_policy`.
         stages: In how many the horizon grows.
-        tries: Evaluations of each start at each stage, and in the race.
-        evaluations: Of each search of the race's winner.
+        tries: Evaluations of each start at each stage, and in screening.
+        evaluations: Of each search of the start that wins screening.
     """
 
     objective: Objective
-    cost: FeatureMatching
+    cost: StepwiseCost
     optimiser: str
     stages: int
     tries: int
@@ -53,11 +52,11 @@ class StagedSearch:
         """Return the policy that follows longest, and best, and its cost over the whole horizon.
 
         The first start is led from stage to stage until the demonstration is lost. At that
-        horizon all starts are raced; who stays with the demonstration longest goes on, as far as
+        horizon all starts are screened; who stays with the demonstration longest goes on, as far as
         the demonstration is followed and one stage further.
 
         Args:
-            starts: The first is one that is worth leading; the others are raced as they are.
+            starts: The first is one that is worth leading; the others are screened as they are.
             progress: Told the best cost of a stage, and all evaluations so far.
 
         Raises:
@@ -88,8 +87,7 @@ class StagedSearch:
         It is lost in a step that costs more than a part of what standing still at the mean of the
         demonstration's features would cost, or that cannot be predicted.
         """
-        spread = self.cost.reference.var(axis=0)
-        allowed = _LOST * SCALE * float(self.cost.weights @ spread)
+        allowed = _LOST * self.cost.standing_still()
         for horizon in self.horizons[:-1]:
             try:
                 if self._steps(policy, horizon).max() > allowed:

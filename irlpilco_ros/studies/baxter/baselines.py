@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irlpilco_ros.learning.irl_pilco import Task, initial_policy, open_loop_policy
-from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.control.motions import ActingPolicy
+from irlpilco_ros.learning import LearningSettings, Task
 from irlpilco_ros.learning.numerics.arrays import Array
-from sim_bridge.episode import Policy
+from irlpilco_ros.learning.policies.initial_policy import initial_policy, open_loop_policy
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class PdTracking:
         return clipped
 
 
-def baselines(task: Task) -> dict[str, Policy]:
+def baselines(task: Task) -> dict[str, ActingPolicy]:
     """Return the policies by name.
 
     "replay" sends the demonstration's speeds; "tracking" is PD tracking of it; "cloning" is

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.studies.baxter import headline
 from irlpilco_ros.studies.baxter.baselines import baselines
 from irlpilco_ros.studies.baxter.learning_run import (
@@ -18,7 +19,7 @@ from irlpilco_ros.studies.baxter.learning_run import (
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.baxter_simulation import BaxterSimulation
-from sim_bridge.episode import Policy, play_demonstration, run_episode
+from sim_bridge.episode import play_demonstration, run_episode
 
 EXPERIMENT = "debris"
 PIECES = 20
@@ -52,7 +53,7 @@ def debris_run(robot: str, seed: int, needed: Sequence[Result]) -> Result:
     settings = dataclasses.replace(ROBOTS[robot](seed), debris=PIECES, debris_seed=seed)
     shown = demonstration_of(needed[0])
     task = sweep_task(shown)
-    policies: dict[str, Policy] = baselines(task)
+    policies: dict[str, ActingPolicy] = baselines(task)
     policies["learned"] = learned_policy(needed[0])
     counts = {}
     simulation = BaxterSimulation(settings)

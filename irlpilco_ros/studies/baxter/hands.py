@@ -13,7 +13,7 @@ EXPERIMENT = "hands"
 
 def hands_job(robot: str, seed: int) -> Job:
     """Return the job of imitating tool points; joint features are in the headline's results."""
-    return learning_job(EXPERIMENT, robot, seed, robot, None, headline.ITERATIONS, "hands")
+    return learning_job(EXPERIMENT, robot, seed, robot, None, headline.ITERATIONS, "tools")
 
 
 def jobs(seeds: Sequence[int]) -> list[Job]:

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.learning.features import CubatureFeatures
-from irlpilco_ros.learning.irl_pilco import (
-    Iteration,
-    Rollout,
-    Task,
-    initial_policy,
-    judge,
-    learn,
-    open_loop_policy,
-    weigh,
-)
-from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
+from irlpilco_ros.learning.features import REGISTRY
+from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy, from_arrays
+from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
@@ -61,7 +54,7 @@ def learning_job(
         robot: "default" or "miscalibrated".
         settings: How to learn; None for the defaults. Seed and threads are set here.
         iterations: Number of learned policies, each tried once.
-        features: What is imitated: "joints" [rad] or "hands" (tool points [m]).
+        features: What is imitated: "joints" [rad] or "tools" [m].
     """
     settings = dataclasses.replace(settings or LearningSettings(), seed=seed, threads=1)
     arguments = {
@@ -78,16 +71,14 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
     simulation = BaxterSimulation(ROBOTS[robot](settings.seed))
     kinematics = ToolKinematics()
     shown = play_demonstration(simulation)
-    task = sweep_task(shown, kinematics if features == "hands" else None)
+    task = sweep_task(shown, features)
     replay = _try(simulation, open_loop_policy(task), task)
-    policy = initial_policy(task, settings)
-    trials = [_try(simulation, policy, task)]
-    rows = [_row(task, kinematics, trials, policy, None, settings)]
-    iteration: Iteration | None = None
-    for _ in range(iterations):
-        iteration = learn(task, settings, trials, iteration)
-        trials.append(_try(simulation, iteration.policy, task))
-        rows.append(_row(task, kinematics, trials, iteration.policy, iteration, settings))
+    trials: list[Rollout] = []
+    rows = []
+    loop = apprenticeship(task, settings, lambda policy: _try(simulation, policy, task))
+    for iteration in islice(loop, iterations + 1):
+        trials.append(iteration.trial)
+        rows.append(_row(task, kinematics, trials, iteration, settings))
     return {
         "demonstration": shown.states.tolist(),
         "replay_rmse": joint_rmse(shown, replay),
@@ -97,13 +88,11 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
     }
 
 
-def sweep_task(shown: Rollout, kinematics: ToolKinematics | None = None) -> Task:
-    """Return the task of imitating a sweep that was shown, by joints or by tool points."""
+def sweep_task(shown: Rollout, features: str = "joints") -> Task:
+    """Return the task of imitating a sweep that was shown, by features of this name."""
     robot = baxter()
-    features = None
-    if kinematics is not None:
-        features = CubatureFeatures(kinematics.size, JOINTS, kinematics)
-    return Task((shown,), robot.control_period, robot.control_limit, features)
+    compared = REGISTRY.get(features).of_robot(robot.roles)
+    return Task((shown,), robot.control_period, robot.control_limit, compared)
 
 
 def baxter() -> RobotSettings:
@@ -164,23 +153,22 @@ def _row(
     task: Task,
     kinematics: ToolKinematics,
     trials: list[Rollout],
-    policy: Policy,
-    iteration: Iteration | None,
+    iteration: Iteration,
     settings: LearningSettings,
 ) -> dict[str, Any]:
-    shown, trial = task.demonstrations[0], trials[-1]
+    shown, trial, policy = task.demonstrations[0], iteration.trial, iteration.policy
     _, margin = weigh(task, settings, trials)
     return {
         "rmse": joint_rmse(shown, trial),
         "mse": judge(task, trial).mse,
         "hands": hand_errors(kinematics, shown, trial),
         "margin": margin,
-        "cost": iteration.cost if iteration else None,
-        "evaluations": iteration.evaluations if iteration else 0,
-        "model_seconds": iteration.model_seconds if iteration else 0.0,
-        "policy_seconds": iteration.policy_seconds if iteration else 0.0,
+        "cost": iteration.cost if iteration.index else None,
+        "evaluations": iteration.evaluations,
+        "model_seconds": iteration.model_seconds,
+        "policy_seconds": iteration.policy_seconds,
         "positions": _positions(trial),
-        "predicted": _prediction(iteration) if iteration else None,
+        "predicted": _prediction(iteration) if iteration.index else None,
         "policy": {"kind": policy.kind, **_plain(policy.to_arrays())},
     }
 

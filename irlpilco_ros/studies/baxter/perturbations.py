@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.studies.baxter import headline, reproduce
 from irlpilco_ros.studies.baxter.baselines import baselines
@@ -25,7 +26,7 @@ from irlpilco_ros.studies.baxter.learning_run import (
 )
 from irlpilco_ros.studies.baxter.robots import default_robot, miscalibrated_robot
 from irlpilco_ros.studies.job import Job, Result
-from sim_bridge.episode import Policy, move_to_start, run_trial
+from sim_bridge.episode import move_to_start, run_trial
 from sim_bridge.errors import ApproachError
 from sim_bridge.pushed_baxter import PushedBaxter
 from sim_bridge.simulation_settings import SimulationSettings
@@ -98,7 +99,7 @@ def perturbation_run(
     """
     shown = demonstration_of(needed[0])
     task = sweep_task(shown)
-    policies: dict[str, Policy] = baselines(task) if learner == "defaults" else {}
+    policies: dict[str, ActingPolicy] = baselines(task) if learner == "defaults" else {}
     policies[learner] = learned_policy(needed[0])
     start = shown.states[0, :JOINTS]
     if perturbation in START_OFFSETS:
@@ -138,7 +139,7 @@ class Pushing:
         robot: What is pushed.
     """
 
-    policy: Policy
+    policy: ActingPolicy
     robot: PushedBaxter
 
     def act(self, state: Array, step: int) -> Array:

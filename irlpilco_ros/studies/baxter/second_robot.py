@@ -4,26 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 
+from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.learning.irl_pilco import (
-    Iteration,
-    Rollout,
-    Task,
-    initial_policy,
-    judge,
-    learn,
-    open_loop_policy,
-)
-from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning import LearningSettings, Rollout, Task, apprenticeship, judge
+from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import FASTEST, MISCALIBRATED_LAG, SLOWEST
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.arm_simulation import ArmSettings, ArmSimulation
-from sim_bridge.episode import Policy, run_trial
+from sim_bridge.episode import run_trial
 from sim_bridge.guided_motion import WIPE, load_motion
 
 EXPERIMENT = "second_robot"
@@ -61,17 +55,13 @@ def wiping_run(robot: str, settings: LearningSettings, iterations: int = ITERATI
     shown = Rollout(states, np.full((len(states) - 1, len(configuration.joints)), np.nan))
     task = Task((shown,), configuration.control_period, configuration.control_limit)
 
-    def trial(policy: Policy) -> Rollout:
+    def trial(policy: ActingPolicy) -> Rollout:
         arm.place(shown.states[0, : len(configuration.joints)])
         return run_trial(arm, policy, task.horizon, task.dt)
 
     replay = judge(task, trial(open_loop_policy(task))).rmse
-    trials = [trial(initial_policy(task, settings))]
-    iteration: Iteration | None = None
-    for _ in range(iterations):
-        iteration = learn(task, settings, trials, iteration)
-        trials.append(trial(iteration.policy))
+    learned = islice(apprenticeship(task, settings, trial), iterations + 1)
     return {
         "replay_rmse": replay,
-        "rows": [{"rmse": judge(task, each).rmse} for each in trials],
+        "rows": [{"rmse": judge(task, iteration.trial).rmse} for iteration in learned],
     }

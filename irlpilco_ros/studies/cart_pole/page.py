@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.experience.durable import write_atomically
+from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.studies.cart_pole import figures
 from irlpilco_ros.studies.cart_pole.runs import CONTROL_PERIOD, HORIZON, TrialRecord
@@ -51,7 +52,7 @@ def theta_rms(demonstration: Rollout, record: TrialRecord) -> float:
 
 def feature_error(demonstration: Rollout, record: TrialRecord) -> float:
     """Return the error (6.1): mean square over features (x, sin, cos) and steps t = 1..H."""
-    features = CART_POLE_JOINTS.features
+    features = JointPositions.of_robot(CART_POLE_JOINTS)
     difference = features.of(record.rollout.states) - features.of(demonstration.states)
     return float(np.mean(difference[1:] ** 2))
 

@@ -21,26 +21,15 @@ from numpy.typing import NDArray
 
 from irlpilco_ros.experience.configuration import differing_keys
 from irlpilco_ros.experience.durable import write_atomically
+from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, pilco
 from irlpilco_ros.learning.costs import StateCost
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.irl_pilco import initial_policy, learn
-from irlpilco_ros.learning.iteration import Iteration, Progress
+from irlpilco_ros.learning.features import JointPositions
+from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.joints import PolicyOf
-from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.pilco import (
-    ControlTask,
-    PilcoIteration,
-    improve,
-    random_controls,
-    search_evaluations,
-)
-from irlpilco_ros.learning.policies import Policy, from_arrays
-from irlpilco_ros.learning.prediction.predicted_trajectory import PredictedTrajectory
-from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.settings import values_of
-from irlpilco_ros.learning.task import Task
 from sim_bridge.cart_pole_equations import CartPoleParameters, tip_distance
 from sim_bridge.cart_pole_simulation import (
     CART_POLE_JOINTS,
@@ -61,11 +50,13 @@ COST_WIDTH = 0.25  # [m] of the saturating cost, as in PILCO's example
 START_SPREAD = CartPoleSettings().start_spread
 
 EXPERT_SETTINGS = LearningSettings(
+    prior_mean="zero",
+    hyperprior="pilco",
     policy="rbf",
     options={"rbf.count": 25},
+    initial_policy="random_controls",
     optimiser="bfgs",
     evaluations=120,
-    covariance_approximation="first_order",
 )
 """Classical PILCO as in its example, with more bumps: see docs/cart_pole.md."""
 
@@ -170,17 +161,22 @@ def _differs(before: Any, now: Any) -> bool:
     return bool(differing_keys(before, now)) if settings else bool(before != now)
 
 
-def expert_task() -> ControlTask:
+def expert_task() -> Task:
     """Return PILCO's example: swing up from N(0, 0.1^2 I), saturating cost of the tip."""
     length = CartPoleParameters().length
     # From the features (x, sin, cos) to the tip's place relative to its goal.
     to_tip = np.array([[1.0, length, 0.0], [0.0, 0.0, length]])
-    cost = StateCost(
-        CART_POLE_JOINTS.features, np.array([0.0, 0.0, -1.0]), to_tip.T @ to_tip / COST_WIDTH**2
+    features = JointPositions.of_robot(CART_POLE_JOINTS)
+    goal = np.array([0.0, 0.0, -1.0])
+    return Task(
+        (),
+        CONTROL_PERIOD,
+        np.array([FORCE_LIMIT]),
+        layout=CART_POLE_JOINTS.layout,
+        cost=StateCost(features, goal, to_tip.T @ to_tip / COST_WIDTH**2),
+        start=Gaussian(np.zeros(4), START_SPREAD**2 * np.eye(4)),
+        horizon=HORIZON,
     )
-    start = Gaussian(np.zeros(4), START_SPREAD**2 * np.eye(4))
-    limit = np.array([FORCE_LIMIT])
-    return ControlTask(CART_POLE_JOINTS.layout, start, HORIZON, limit, cost)
 
 
 def imitation_task(demonstration: Rollout) -> Task:
@@ -191,7 +187,7 @@ def imitation_task(demonstration: Rollout) -> Task:
         (unknown,),
         CONTROL_PERIOD,
         np.array([FORCE_LIMIT]),
-        CART_POLE_JOINTS.features,
+        JointPositions.of_robot(CART_POLE_JOINTS),
         position_noise=noise.position_noise,
         velocity_noise=noise.velocity_noise,
         layout=CART_POLE_JOINTS.layout,
@@ -208,25 +204,12 @@ def run_expert(folder: Path, seed: int, trials: int, tell: Tell) -> list[TrialRe
         trials: Largest number of trials.
         tell: Told which trial is under way and how much of it is done.
     """
-    task, settings = expert_task(), _with_seed(EXPERT_SETTINGS, seed)
-    robot = _Robot(seed)
-    records = list(_stored(folder, robot))
-    if not records:
-        records.append(_keep(folder, 0, robot.run(random_controls(task, seed)), (0.0, 0.0), {}))
-    while not records[-1].held and len(records) < trials:
-        number = len(records)
-        clock = _Clock()
-        previous = _pilco_iteration(records[-1]) if number > 1 else None
-        found = improve(
-            task,
-            settings,
-            [record.rollout for record in records],
-            previous,
-            _counting(tell, f"trial {number + 1}", search_evaluations(settings)),
-        )
-        times, learned = clock.read(), _learned_by_pilco(found)
-        records.append(_keep(folder, number, robot.run(found.policy), times, learned))
-    return records
+
+    def finished(records: list[TrialRecord]) -> bool:
+        return bool(records) and (records[-1].held or len(records) >= trials)
+
+    settings = dataclasses.replace(EXPERT_SETTINGS, seed=seed)
+    return _run(pilco, expert_task(), settings, folder, finished, tell)
 
 
 def run_imitation(
@@ -247,56 +230,63 @@ def run_imitation(
         iterations: How often to learn; there is one trial more.
         tell: Told which iteration is under way and how much of it is done.
     """
-    task, settings = imitation_task(demonstration), _with_seed(settings, seed)
-    robot = _Robot(seed)
+
+    def finished(records: list[TrialRecord]) -> bool:
+        return len(records) > iterations
+
+    settings = dataclasses.replace(settings, seed=seed)
+    return _run(apprenticeship, imitation_task(demonstration), settings, folder, finished, tell)
+
+
+def _run(
+    algorithm: Callable[..., Iterator[Iteration]],
+    task: Task,
+    settings: LearningSettings,
+    folder: Path,
+    finished: Callable[[list[TrialRecord]], bool],
+    tell: Tell,
+) -> list[TrialRecord]:
+    """Return the trials in a folder, after going on with them until they are finished."""
+    robot = _Robot(settings.seed)
     records = list(_stored(folder, robot))
-    if not records:
-        first = robot.run(initial_policy(task, settings))
-        records.append(_keep(folder, 0, first, (0.0, 0.0), {}))
-    while len(records) <= iterations:
-        number = len(records)
-        clock = _Clock()
-        found = learn(
-            task,
-            settings,
-            [record.rollout for record in records],
-            Iteration.from_arrays(records[-1].learned) if number > 1 else None,
-            _fraction(tell, f"iteration {number}"),
-        )
-        times, learned = clock.read(), found.to_arrays()
-        records.append(_keep(folder, number, robot.run(found.policy), times, learned))
+    if finished(records):
+        return records
+    trials = [record.rollout for record in records]
+    last = Iteration.from_arrays(records[-1].learned) if len(records) > 1 else None
+
+    def progress(now: Progress) -> None:
+        tell(f"iteration {len(records)}", now.fraction)
+
+    for iteration in algorithm(task, settings, robot.run, trials, last, progress):
+        learned = iteration.to_arrays() if iteration.index else {}
+        times = robot.waited if iteration.index else (0.0, 0.0)
+        records.append(TrialRecord(iteration.trial, *times, learned))
+        records[-1].write(_file(folder, iteration.index))
+        if finished(records):
+            break
     return records
 
 
-def _counting(tell: Tell, stage: str, evaluations: int) -> Callable[[float, int], None]:
-    return lambda _, done: tell(stage, min(1.0, done / evaluations))
-
-
-def _fraction(tell: Tell, stage: str) -> Callable[[Progress], None]:
-    return lambda progress: tell(stage, progress.fraction)
-
-
-class _Clock:
-    """Time since it was made, by the clock and of the processors [s]."""
-
-    def __init__(self) -> None:
-        self._began = time.perf_counter(), time.process_time()
-
-    def read(self) -> tuple[float, float]:
-        return time.perf_counter() - self._began[0], time.process_time() - self._began[1]
-
-
 class _Robot:
-    """The simulated cart-pole, reset before every trial."""
+    """The simulated cart-pole, reset before every trial.
+
+    Attributes:
+        waited: How long it waited for its last policy, by the clock and of the processors [s].
+    """
 
     def __init__(self, seed: int) -> None:
         self._simulation = CartPoleSimulation(CartPoleSettings(seed=seed))
+        self._idle_since = time.perf_counter(), time.process_time()
+        self.waited = 0.0, 0.0
 
     def run(self, policy: Policy) -> Rollout:
+        began = self._idle_since
+        self.waited = time.perf_counter() - began[0], time.process_time() - began[1]
         rollout = run_trial(
             self._simulation, PolicyOf(CART_POLE_JOINTS, policy), HORIZON, CONTROL_PERIOD
         )
         self._simulation.reset()
+        self._idle_since = time.perf_counter(), time.process_time()
         return rollout
 
     def skip(self) -> None:
@@ -312,56 +302,5 @@ def _stored(folder: Path, robot: _Robot) -> Iterator[TrialRecord]:
         number += 1
 
 
-def _keep(
-    folder: Path,
-    number: int,
-    rollout: Rollout,
-    times: tuple[float, float],
-    learned: dict[str, Any],
-) -> TrialRecord:
-    record = TrialRecord(rollout, *times, learned)
-    record.write(_file(folder, number))
-    return record
-
-
 def _file(folder: Path, number: int) -> Path:
     return folder / f"trial_{number:03d}.npz"
-
-
-def _with_seed(settings: LearningSettings, seed: int) -> LearningSettings:
-    return dataclasses.replace(settings, seed=seed)
-
-
-def _learned_by_pilco(found: PilcoIteration) -> dict[str, Any]:
-    own = {f"policy_{name}": value for name, value in found.policy.to_arrays().items()}
-    hyperparameters = found.hyperparameters
-    return {
-        "policy_kind": found.policy.kind,
-        **own,
-        "log_lengthscales": hyperparameters.log_lengthscales,
-        "log_signal": hyperparameters.log_signal,
-        "log_noise": hyperparameters.log_noise,
-        "cost": found.cost,
-        "evaluations": found.evaluations,
-        "index": found.index,
-        "predicted_means": found.prediction.means,
-        "predicted_covariances": found.prediction.covariances,
-    }
-
-
-def _pilco_iteration(record: TrialRecord) -> PilcoIteration:
-    arrays = record.learned
-    own = {
-        name.removeprefix("policy_"): arrays[name]
-        for name in arrays
-        if name.startswith("policy_") and name != "policy_kind"
-    }
-    means, covariances = arrays["predicted_means"], arrays["predicted_covariances"]
-    return PilcoIteration(
-        int(arrays["index"]),
-        from_arrays(str(arrays["policy_kind"]), own),
-        Hyperparameters(arrays["log_lengthscales"], arrays["log_signal"], arrays["log_noise"]),
-        float(arrays["cost"]),
-        PredictedTrajectory(means, covariances, (), CART_POLE_JOINTS.layout),
-        int(arrays["evaluations"]),
-    )

@@ -1,4 +1,4 @@
-"""IRL/PILCO (thesis Algorithm 3) as pure functions: recorded trials in, next policy out."""
+"""One pass of IRL/PILCO (thesis Algorithm 3) or PILCO (Algorithm 2): trials in, next policy out."""
 
 from __future__ import annotations
 
@@ -6,48 +6,35 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable, Sequence
+from typing import cast
 
 import numpy as np
 
-from irlpilco_ros.learning.costs import Cost, FeatureExpectations, FeatureMatching, TrajectoryKl
-from irlpilco_ros.learning.costs.base import discounts
+from irlpilco_ros.learning import imitation
+from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.gp.trial_data import train_on_trials
-from irlpilco_ros.learning.iteration import Errors, Iteration, Progress
+from irlpilco_ros.learning.imitation import Imitation
+from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
-from irlpilco_ros.learning.policies import OpenLoopPolicy, Policy
+from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.policies.initial_policy import initial_policy, random_policy, zero_policy
 from irlpilco_ros.learning.policies.inverse_policy import inverse_policy
+from irlpilco_ros.learning.policies.random_start import random_start
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
 from irlpilco_ros.learning.search.staged_search import StagedSearch
 from irlpilco_ros.learning.task import Task
 from irlpilco_ros.learning.weight_rules import WEIGHT_RULES
-
-__all__ = [
-    "Errors",
-    "Iteration",
-    "LearningSettings",
-    "Progress",
-    "Rollout",
-    "Task",
-    "initial_policy",
-    "judge",
-    "learn",
-    "open_loop_policy",
-]
-
-
-def open_loop_policy(task: Task) -> OpenLoopPolicy:
-    """Return the replay of the demonstration's own speeds: the baseline of all learning."""
-    controls = np.clip(task.demonstrated_controls(), -task.control_limit, task.control_limit)
-    return OpenLoopPolicy(controls, task.control_limit, task.state_size)
 
 
 def learn(
@@ -57,7 +44,7 @@ def learn(
     previous: Iteration | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Iteration:
-    """Do one pass of thesis Algorithm 3: weights, dynamics model, policy search.
+    """Do one pass: cost weights if there is a demonstration, dynamics model, policy search.
 
     Deterministic: the same arguments give the same bits, whatever `settings.threads` is.
 
@@ -73,15 +60,20 @@ def learn(
         NumericalError: if no finite prediction can be made.
     """
     _check_trials(task, trials)
-    report = _Reporter(progress, settings)
+    if previous is not None and previous.index == 0:
+        previous = None  # it has learned nothing that one could start from
+    report = _Reporter(progress, task, settings)
     with one_blas_thread():
         weights, margin = weigh(task, settings, trials)
         began = time.perf_counter()
         model = _train_model(task, settings, trials, previous, report)
         trained = time.perf_counter()
-        objective = imitation_objective(task, settings, model, trials, weights)
-        starts = _starting_policies(task, settings, model, previous)
-        found = _search_policy(task, settings, objective, weights, starts, report)
+        objective = expected_cost(task, settings, model, trials, weights)
+        if task.cost is not None:
+            found = _search_given_cost(task, settings, objective, previous, report)
+        else:
+            starts = _starting_policies(task, settings, model, previous)
+            found = _search_imitation(task, settings, objective, weights, starts, report)
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()
     return Iteration(
@@ -106,70 +98,59 @@ def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> 
 
     Features of different units are made comparable by `task.feature_scale` first. Weights are
     lifted to `settings.weight_floor` of the largest one: pure max-margin all but ignores what
-    the last trial did well, and the next one then does it badly.
+    the last trial did well, and the next one then does it badly. Where a cost is given there are
+    no weights, and the margin is NaN.
     """
-    factors = discounts(settings.discount, task.horizon)
+    if task.cost is not None:
+        return np.empty(0), math.nan
+    way = _way(settings, settings.imitation)
     reference = task.reference_features()
-    deviations = []
-    for trial in trials:
-        difference = (task.feature_map.of(trial.states) - reference) / task.scale
-        if settings.imitation == "feature_expectations":
-            deviations.append((factors @ difference) ** 2)
-        else:
-            deviations.append(factors @ difference**2)
+    deviations = [
+        way.deviation((task.feature_map.of(trial.states) - reference) / task.scale)
+        for trial in trials
+    ]
     weights, margin = WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
     lifted = np.maximum(weights, settings.weight_floor * weights.max())
     return lifted / np.linalg.norm(lifted), margin
 
 
-def imitation_objective(
+def expected_cost(
     task: Task,
     settings: LearningSettings,
     model: DynamicsModel,
     trials: Sequence[Rollout],
     weights: Array,
 ) -> Objective:
-    """Return the expected cost of imitation, as a function of the policy."""
+    """Return what policy search minimises, as a function of the policy."""
     return Objective(
         model=model,
         start=start_state(task, trials),
         horizon=task.horizon,
         layout=task.state_layout,
-        cost=_imitation_cost(task, settings, weights / task.scale**2),
-        approximation="exact" if settings.covariance_approximation == "exact" else "first_order",
+        cost=_cost(task, settings, settings.imitation, weights),
+        approximation=cast(CovarianceApproximation, settings.covariance_approximation),
     )
 
 
 def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
-    """Return where trials start: where they did so far, spread as much as they are known to."""
+    """Return where trials start: where they did so far, spread as much as they are known to.
+
+    A start that the task knows is taken as it is.
+    """
+    if task.start is not None:
+        return task.start
     starts = np.stack([trial.states[0] for trial in trials])
     variances = np.maximum(starts.var(axis=0) + task.noise**2, task.start_spread**2)
     return Gaussian(starts.mean(axis=0), np.diag(variances))
 
 
-def _imitation_cost(task: Task, settings: LearningSettings, weights: Array) -> Cost:
-    features, reference = task.feature_map, task.reference_features()
-    if settings.imitation == "feature_matching":
-        return _feature_matching(task, settings, weights)
-    if settings.imitation == "feature_expectations":
-        return FeatureExpectations(features, reference, weights, settings.discount)
-    return TrajectoryKl(
-        features,
-        reference,
-        task.reference_covariances(),
-        task.feature_noise(),
-        settings.discount,
-    )
+def _way(settings: LearningSettings, name: str) -> Imitation:
+    return imitation.REGISTRY.get(name)(settings)
 
 
-def _feature_matching(task: Task, settings: LearningSettings, weights: Array) -> FeatureMatching:
-    return FeatureMatching(
-        task.feature_map,
-        task.reference_features(),
-        weights,
-        settings.variance_weight,
-        settings.discount,
-    )
+def _cost(task: Task, settings: LearningSettings, way: str, weights: Array) -> Cost:
+    """Return the cost that is given, or that of a way of imitating."""
+    return task.cost or _way(settings, way).cost(task, weights / task.scale**2)
 
 
 def _train_model(
@@ -189,7 +170,7 @@ def _train_model(
         previous.hyperparameters if previous is not None else None,
         settings.threads,
         report.model,
-        "pilco" if settings.hyperprior == "pilco" else "dimension_scaled",
+        cast(HyperpriorName, settings.hyperprior),
     )
 
 
@@ -210,7 +191,7 @@ def _starting_policies(
     return [policies[name]() for name in dict.fromkeys(settings.starts)]
 
 
-def _search_policy(
+def _search_imitation(
     task: Task,
     settings: LearningSettings,
     objective: Objective,
@@ -218,17 +199,13 @@ def _search_policy(
     starts: Sequence[Policy],
     report: _Reporter,
 ) -> SearchResult:
-    """Return the best policy found from the starts.
-
-    The divergence is searched from where feature matching has come to: further off, where the
-    deviation is many times the spread, it falls fastest by a wider prediction, and a search ends
-    at policies that make the trajectory as uncertain as it is wrong.
-    """
-    matching = _feature_matching(task, settings, weights / task.scale**2)
-    if settings.imitation == "feature_matching" and settings.horizon_stages > 1:
+    """Return the best policy found from the starts."""
+    way = _way(settings, settings.imitation)
+    stepwise = way.stepwise_cost(task, weights / task.scale**2)
+    if stepwise is not None and settings.horizon_stages > 1:
         staged = StagedSearch(
             objective,
-            matching,
+            stepwise,
             settings.optimiser,
             settings.horizon_stages,
             settings.screening_evaluations,
@@ -236,8 +213,9 @@ def _search_policy(
         )
         return staged.search(starts, report.policy)
     objectives = [objective]
-    if settings.imitation == "trajectory_kl":
-        objectives.insert(0, dataclasses.replace(objective, cost=matching))
+    if way.warm_up:
+        easier = _cost(task, settings, way.warm_up, weights)
+        objectives.insert(0, dataclasses.replace(objective, cost=easier))
     for number, current in enumerate(objectives):
         report.search(number, len(objectives))
         found = search_policy(
@@ -250,6 +228,23 @@ def _search_policy(
         )
         starts = [found.policy]
     return found
+
+
+def _search_given_cost(
+    task: Task,
+    settings: LearningSettings,
+    objective: Objective,
+    previous: Iteration | None,
+    report: _Reporter,
+) -> SearchResult:
+    """Return the policy found from the last one, as in PILCO."""
+    if previous is not None:
+        policy = previous.policy
+    else:
+        policy = random_start(task, settings, objective.start)
+    return search_beginning_first(
+        objective, policy, settings.optimiser, settings.evaluations, report.policy
+    )
 
 
 def _check_trials(task: Task, trials: Sequence[Rollout]) -> None:
@@ -277,11 +272,17 @@ class _Reporter:
     MODEL_PART = 0.3
 
     def __init__(
-        self, progress: Callable[[Progress], None] | None, settings: LearningSettings
+        self,
+        progress: Callable[[Progress], None] | None,
+        task: Task,
+        settings: LearningSettings,
     ) -> None:
         self._progress = progress
-        tries = len(dict.fromkeys(settings.starts)) + settings.horizon_stages - 2
-        self._evaluations = settings.evaluations + settings.screening_evaluations * tries
+        if task.cost is not None:
+            self._evaluations = total_evaluations(settings.evaluations)
+        else:
+            tries = len(dict.fromkeys(settings.starts)) + settings.horizon_stages - 2
+            self._evaluations = settings.evaluations + settings.screening_evaluations * tries
         self._search, self._searches = 0, 1
 
     def search(self, number: int, searches: int) -> None:
@@ -301,19 +302,3 @@ class _Reporter:
         fraction = self.MODEL_PART + (1.0 - self.MODEL_PART) * done
         message = f"searching the policy: cost {cost:.4g} after {evaluations} evaluations"
         self._progress(Progress("policy", fraction, cost, evaluations, message))
-
-
-def judge(task: Task, trial: Rollout) -> Errors:
-    """Return how far a trial was from the demonstration (thesis (6.1)), over t = 1..H.
-
-    Raises:
-        InvalidSettingError: if the trial is not as long as the demonstration.
-    """
-    if trial.states.shape != (task.horizon + 1, task.state_size):
-        raise InvalidSettingError(
-            f"the trial's states have shape {trial.states.shape}; the task needs "
-            f"{(task.horizon + 1, task.state_size)}"
-        )
-    deviations = task.feature_map.of(trial.states) - task.reference_features()
-    mse = float(np.mean(deviations[1:] ** 2))
-    return Errors(rmse=float(np.sqrt(mse)), mse=mse)

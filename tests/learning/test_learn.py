@@ -1,20 +1,15 @@
 import dataclasses
+from itertools import islice
 
 import numpy as np
 import pytest
 from toy_models import DT, HORIZON, JOINTS, LaggingJoints, toy_demonstration, toy_task
 
+from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, apprenticeship, judge
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.irl_pilco import (
-    Iteration,
-    LearningSettings,
-    Rollout,
-    initial_policy,
-    judge,
-    learn,
-    open_loop_policy,
-    weigh,
-)
+from irlpilco_ros.learning.features import CubatureFeatures
+from irlpilco_ros.learning.learn import learn, weigh
+from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 
 SETTINGS = LearningSettings(options={"linear_phase.count": 6}, threads=1)
 
@@ -22,11 +17,9 @@ SETTINGS = LearningSettings(options={"linear_phase.count": 6}, threads=1)
 def run(settings, iterations, task=None, seed=0):
     task = task or toy_task()
     robot, start = LaggingJoints(seed), task.reference_states()[0]
-    trials, found = [robot.run(initial_policy(task, settings), start)], []
-    for _ in range(iterations):
-        found.append(learn(task, settings, trials, found[-1] if found else None))
-        trials.append(robot.run(found[-1].policy, start))
-    return task, trials, found
+    loop = apprenticeship(task, settings, lambda policy: robot.run(policy, start))
+    found = list(islice(loop, iterations + 1))
+    return task, [iteration.trial for iteration in found], found[1:]
 
 
 def test_learning_beats_replay_within_three_iterations():
@@ -47,7 +40,12 @@ def test_learning_beats_replay_within_three_iterations():
     [
         {"imitation": "feature_expectations"},
         {"imitation": "trajectory_kl"},
-        {"policy": "linear", "prior_mean": "zero", "variance_weight": 0.0, "optimiser": "lbfgs"},
+        {
+            "policy": "linear",
+            "prior_mean": "zero",
+            "options": {"feature_matching.variance_weight": 0.0},
+            "optimiser": "lbfgs",
+        },
         {"policy": "rbf", "options": {"rbf.count": 5}, "optimiser": "lbfgs"},
         {"covariance_approximation": "exact", "starts": ("last", "zero", "initial", "random")},
         {"weight_rule": "projection", "discount": 0.9, "initial_policy": "random"},
@@ -155,8 +153,13 @@ def test_open_loop_is_the_demonstrated_speed_within_the_limit():
     np.testing.assert_allclose(open_loop_policy(task).controls, np.clip(speeds, -0.2, 0.2))
 
 
+def identity(points):
+    return points, np.tile(np.eye(JOINTS), (len(points), 1, 1))
+
+
 def test_weights_are_scaled_and_floored():
-    task = dataclasses.replace(toy_task(), feature_scale=np.array([1.0, 1000.0]))
+    features = CubatureFeatures(JOINTS, identity, ("rad", "m"))
+    task = dataclasses.replace(toy_task(), features=features, feature_scale={"m": 1000.0})
     shown = task.demonstrations[0]
     trial = Rollout(shown.states + 0.1, np.zeros((HORIZON, JOINTS)))
     weights, margin = weigh(task, dataclasses.replace(SETTINGS, weight_floor=0.0), [trial])

@@ -12,7 +12,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class JointReading:
+class SensorReading:
     """All joints at one instant, n of them.
 
     Attributes:

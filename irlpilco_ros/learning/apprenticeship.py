@@ -1,0 +1,156 @@
+"""The loop of thesis Algorithms 3 (IRL/PILCO) and 2 (PILCO): learn, try, and learn again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.iteration import Iteration, Progress
+from irlpilco_ros.learning.learn import learn
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies.initial_policy import initial_policy
+from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.task import Task
+
+RunTrial = Callable[[Policy], Rollout]
+"""Runs one trial of `task.horizon` steps from the task's start; the policy sees the view of
+`task.state_layout.policy_view(state)`."""
+
+
+class LearningLoop:
+    """Both halves of a pass of the loop, for who has to wait for a trial between them.
+
+    `apprenticeship` and `pilco` call them in turn. A robot's learner calls `propose`, waits until
+    the robot has done the trial, and calls `take`.
+
+    Attributes:
+        task: What is to be learned.
+        settings: How.
+        trials: Every trial so far, in the order they were made.
+        last: The last iteration; None before the first.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        settings: LearningSettings,
+        trials: Sequence[Rollout] = (),
+        last: Iteration | None = None,
+    ) -> None:
+        """Begin, or go on with trials that were made and the last iteration so far.
+
+        Raises:
+            InvalidSettingError: the last iteration learned from more trials than there are.
+        """
+        if last is not None and last.index > len(trials):
+            raise InvalidSettingError(
+                f"the last iteration learned from {last.index} trials, but {len(trials)} were "
+                "given; hand in all trials so far"
+            )
+        self.task = task
+        self.settings = settings
+        self.trials = list(trials)
+        self.last = last
+
+    @property
+    def finished(self) -> bool:
+        """Whether the margin is within its tolerance, and the policy of that has been tried."""
+        return self.last is not None and self.last.learned and self.last.index < len(self.trials)
+
+    def propose(self, progress: Callable[[Progress], None] | None = None) -> Iteration:
+        """Return what to try next: the initial policy, or what is learned from the trials so far.
+
+        What has been proposed and not tried yet is proposed again, without learning again.
+
+        Args:
+            progress: Told where learning stands; whatever it raises cancels learning, and the loop
+                stands where it stood.
+
+        Raises:
+            InvalidSettingError: a trial does not fit the task, or the settings do not.
+            NumericalError: no finite prediction can be made.
+        """
+        if self.last is None or self.last.index < len(self.trials):
+            if self.trials:
+                last = learn(self.task, self.settings, self.trials, self.last, progress)
+            else:
+                last = Iteration(0, initial_policy(self.task, self.settings))
+            self.last = last
+        return self.last
+
+    def take(self, trial: Rollout) -> Iteration:
+        """Take in the trial of what was proposed last, and return that iteration with it.
+
+        Raises:
+            InvalidSettingError: nothing is proposed that has not been tried.
+        """
+        if self.last is None or self.last.index < len(self.trials):
+            raise InvalidSettingError(
+                f"trial {len(self.trials)} belongs to no iteration; call propose() before it"
+            )
+        self.trials.append(trial)
+        self.last = dataclasses.replace(self.last, tried=trial)
+        return self.last
+
+
+def apprenticeship(
+    task: Task,
+    settings: LearningSettings,
+    run_trial: RunTrial,
+    trials: Sequence[Rollout] = (),
+    last: Iteration | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Iterator[Iteration]:
+    """Run IRL/PILCO (thesis Algorithm 3): imitate the task's demonstrations.
+
+    Iteration 0 tries the initial policy. Every later one weighs the features, trains the dynamics
+    model, searches the policy and tries it. The same arguments give the same bits.
+
+    Args:
+        task: What is to be learned, with demonstrations.
+        settings: How.
+        run_trial: Runs a policy on the robot and returns what happened.
+        trials: Trials of a run that is taken up, in the order they were made.
+        last: Its last iteration; if its policy has not been tried yet, that is what comes first.
+        progress: Told where learning stands; whatever it raises ends the loop.
+
+    Yields:
+        Each iteration with its trial, until `settings.margin_tolerance` is met: a caller that wants
+        fewer leaves the loop.
+
+    Raises:
+        InvalidSettingError: the task has no demonstrations, or a trial does not fit it.
+        NumericalError: no finite prediction can be made.
+    """
+    if not task.demonstrations:
+        raise InvalidSettingError("the task has no demonstration to imitate; pilco() takes a cost")
+    return _iterations(LearningLoop(task, settings, trials, last), run_trial, progress)
+
+
+def pilco(
+    task: Task,
+    settings: LearningSettings,
+    run_trial: RunTrial,
+    trials: Sequence[Rollout] = (),
+    last: Iteration | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Iterator[Iteration]:
+    """Run classical PILCO (thesis Algorithm 2; Deisenroth & Rasmussen 2011): a cost is given.
+
+    Arguments, iterations and errors are those of `apprenticeship`; the task has a cost, and nothing
+    but the caller ends the loop. The paper's settings are `initial_policy="random_controls"`,
+    `prior_mean="zero"`, `hyperprior="pilco"`, `policy="rbf"` and `optimiser="bfgs"`.
+    """
+    if task.cost is None:
+        raise InvalidSettingError("the task has no cost; apprenticeship() imitates demonstrations")
+    return _iterations(LearningLoop(task, settings, trials, last), run_trial, progress)
+
+
+def _iterations(
+    loop: LearningLoop, run_trial: RunTrial, progress: Callable[[Progress], None] | None
+) -> Iterator[Iteration]:
+    while not loop.finished:
+        iteration = loop.propose(progress)
+        yield loop.take(run_trial(iteration.policy))

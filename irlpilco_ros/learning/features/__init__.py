@@ -1,0 +1,14 @@
+"""What a demonstration is compared by: features of the state."""
+
+from irlpilco_ros.learning.features.base import REGISTRY, Features
+from irlpilco_ros.learning.features.cubature import CubatureFeatures
+from irlpilco_ros.learning.features.joint_positions import JointPositions
+from irlpilco_ros.learning.features.positions_and_angles import PositionsAndAngles
+
+__all__ = [
+    "REGISTRY",
+    "CubatureFeatures",
+    "Features",
+    "JointPositions",
+    "PositionsAndAngles",
+]

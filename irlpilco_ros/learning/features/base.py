@@ -1,0 +1,64 @@
+"""What every way of comparing motions can do, and how a robot's settings file chooses one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.moments.cubature import MeanPullback
+from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.registry import Extension, Registry
+
+
+class Features(Extension, ABC):
+    """A map phi from states to features, for samples and for Gaussian states."""
+
+    @property
+    @abstractmethod
+    def units(self) -> tuple[str, ...]:
+        """SI unit of each feature, such as "rad"; "" for one that has none."""
+
+    @abstractmethod
+    def of(self, states: Array) -> Array:
+        """Return the features (..., k) of states (..., D)."""
+
+    @abstractmethod
+    def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
+        """Return the features' moments at a Gaussian state, and their pullback."""
+
+    @classmethod
+    def of_robot(cls, joints: Joints) -> Features:
+        """Return the features of a robot with these joints; needed to be chosen by name.
+
+        Raises:
+            InvalidSettingError: they do not fit the robot.
+        """
+        raise NotImplementedError(f"{cls.__name__} cannot be chosen by name: it lacks of_robot")
+
+    @property
+    def size(self) -> int:
+        """Number of features k."""
+        return len(self.units)
+
+
+REGISTRY: Registry[Features] = Registry(
+    "irlpilco_ros.features",
+    Features,  # type: ignore[type-abstract]
+)
+"""What `features` of a robot's settings may be."""
+
+
+def select_moments(state: Gaussian, size: int) -> tuple[Moments, MeanPullback]:
+    """Return the moments of the first entries of a state, and their pullback."""
+    whole = len(state.mean)
+
+    def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
+        m_bar, S_bar = np.zeros(whole), np.zeros((whole, whole))
+        m_bar[:size] = mean_bar
+        S_bar[:size, :size] = covariance_bar
+        return m_bar, S_bar
+
+    return Moments(state.mean[:size], state.covariance[:size, :size], np.eye(size, whole)), pullback

@@ -1,0 +1,23 @@
+"""A way of imitating: the later a step, the more it matters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irlpilco_ros.learning.costs import FeatureMatching
+from irlpilco_ros.learning.imitation import Imitation
+
+GROWTH = 1.2  # of the weight of a step, relative to the one before
+
+
+class LateMatching(Imitation):
+    """Feature matching in which the end of a motion counts most."""
+
+    def deviation(self, differences):
+        """Return the squared differences (H + 1, k), weighted and added up."""
+        return GROWTH ** np.arange(len(differences)) @ differences**2
+
+    def cost(self, task, weights):
+        """Return the expected value of the same."""
+        reference = task.reference_features()
+        return FeatureMatching(task.feature_map, reference, weights, discount=GROWTH)

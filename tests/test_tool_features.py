@@ -1,0 +1,75 @@
+"""`features: tools`, found by its entry point: the sweep is learned by where the tools are."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.learning import LearningSettings
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.features import REGISTRY
+from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.resources import config_file
+from sim_bridge.baxter_simulation import BaxterSimulation
+from sim_bridge.episode import run_episode
+from sim_bridge.joints import ARM_JOINTS
+
+SWEEP = Path(__file__).parents[1] / "bags" / "sweep"
+
+
+def baxter() -> RobotSettings:
+    values = load_parameters_file(config_file("baxter.yaml"), "learner")
+    return settings_from_parameters(RobotSettings, {**values, "features": "tools"})
+
+
+def record_trial(simulation, plan, robot, folder):
+    """Run the trial of a plan, and write its bag as the recorder does."""
+    start, policy = plan.parameters["start_position"], plan.iteration.policy
+    run = run_episode(simulation, policy, start, robot.horizon, robot.control_period)
+    joints, stamps = len(ARM_JOINTS), robot.control_period * np.arange(1.0, robot.horizon + 2)
+    commands = np.vstack([run.controls, np.zeros((1, joints))])
+    states = run.states[:, :joints], run.states[:, joints:]
+    return write_trajectory(folder, Trajectory(ARM_JOINTS, stamps, *states, commands))
+
+
+def test_the_sweep_is_learned_by_where_the_tools_are(tmp_path):
+    robot, simulation = baxter(), BaxterSimulation()
+    settings = LearningSettings(evaluations=6)
+    run = Apprenticeship.open(tmp_path / "run", SWEEP / "demonstration", robot, settings)
+    assert run.task.feature_map.units == ("m",) * 6
+    for _ in range(3):
+        plan = run.prepare()
+        run.finish(record_trial(simulation, plan, robot, run.directory.trials_directory))
+    distances = [math.sqrt(row.mse) for row in run.directory.metrics()]  # [m] for each coordinate
+    run.close()
+    assert 0.003 < distances[0] < 0.03
+    assert distances[2] < distances[0] / 3
+    assert distances[2] < 0.003
+
+
+def test_another_robot_has_no_such_tools():
+    with pytest.raises(InvalidSettingError, match=r"'tools' .* this robot has a, b.*features: joi"):
+        REGISTRY.get("tools").of_robot(Joints(("a", "b")))
+
+
+def test_features_that_nobody_offers_are_refused_by_name():
+    with pytest.raises(InvalidSettingError, match="features is 'hands'; valid values: joints"):
+        dataclasses.replace(baxter(), features="hands")
+
+
+def test_a_run_with_other_features_is_another_run(tmp_path):
+    robot, demonstration = baxter(), SWEEP / "demonstration"
+    Apprenticeship.open(tmp_path / "run", demonstration, robot, LearningSettings()).close()
+    other = dataclasses.replace(robot, features="joints")
+    with pytest.raises(RunDirectoryError, match="features was tools, now joints"):
+        Apprenticeship.open(tmp_path / "run", demonstration, other, LearningSettings())
