@@ -12,7 +12,6 @@ import yaml
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.renamed import under_new_names
-from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.settings import declarations
 
@@ -44,13 +43,13 @@ def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[st
     """Return one phrase for every key that differs: which, what it was and what it is now.
 
     Settings of extensions (with a dot in their name) come and go with what is installed: one that
-    is not there any more had no say. A setting that is younger than the run had its default.
+    is not there any more had no say, one that was not there yet had its default.
     """
-    declared = {**declarations(RobotSettings), **declarations(LearningSettings)}
-    defaults = _plain({name: each.default for name, each in declared.items()})
     old, new = _plain(under_new_names(before)), _plain(now)
+    defaults = {name: each.default for name, each in declarations(LearningSettings).items()}
     old = {key: value for key, value in old.items() if key in new or "." not in key}
-    old = {**{key: defaults[key] for key in new if key in defaults}, **old}
+    for key in (key for key in new if "." in key and key not in old):
+        old[key] = _plain(defaults.get(key, new[key]))
     return [
         f"{key} was {old.get(key, _ABSENT)}, now {new.get(key, _ABSENT)}"
         for key in sorted({*old, *new})

@@ -45,4 +45,4 @@ def under_new_names(values: Mapping[str, Any], where: str = "") -> dict[str, Any
 
 def advice(old: str) -> str:
     """Return a sentence that tells the new name of a parameter."""
-    return f"{old} is called {RENAMED[old]} now; the old name is read for one more release"
+    return f"{old} is called {RENAMED[old]} now; files may use the old name for one more release"

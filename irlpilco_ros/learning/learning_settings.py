@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from irlpilco_ros.learning import imitation, policies
+from irlpilco_ros.learning import imitation as imitations
+from irlpilco_ros.learning import policies
 from irlpilco_ros.learning.registry import Extension
 from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
 
 def _extensions() -> list[type[Extension]]:
-    return [*policies.REGISTRY.classes(), *imitation.REGISTRY.classes()]
+    return [*imitations.REGISTRY.classes(), *policies.REGISTRY.classes()]
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class LearningSettings:
         "What the robot imitates. feature_matching: the features at every step; "
         "feature_expectations: only their sum over the trial; trajectory_kl: their distribution "
         "over several demonstrations (choose optimiser: lbfgs with it).",
-        choices=imitation.REGISTRY.names(),
+        choices=imitations.REGISTRY.names,
     )
     prior_mean: str = setting(
         "velocity",
@@ -146,12 +147,11 @@ class LearningSettings:
         minimum=1,
         maximum=2,
     )
-
     options: Mapping[str, Any] = extension_settings(_extensions)
 
     def __post_init__(self) -> None:
         check(self)
 
     def options_of(self, extension: type[Extension]) -> Any:
-        """Return the `Settings` of an extension, such as a kind of policy."""
+        """Return the `Settings` of an extension, such as a kind of policy or a way of imitating."""
         return options_of(self.options, extension)

@@ -14,6 +14,7 @@ import numbers
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 from irlpilco_ros.learning.errors import InvalidSettingError
@@ -241,8 +242,13 @@ def _declaration(cls: type[Any], field: dataclasses.Field[Any]) -> Declaration:
     choices: Choices = metadata.pop("choices")
     return Declaration(
         name=field.name,
-        hint=typing.get_type_hints(cls)[field.name],
+        hint=_hints(cls)[field.name],  # type: ignore[arg-type]
         default=field.default,
         choices=choices() if callable(choices) else choices,
         **metadata,
     )
+
+
+@cache
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    return typing.get_type_hints(cls)

@@ -16,21 +16,9 @@ from rclpy.exceptions import ParameterUninitializedException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from irlpilco_ros.experience.parameters_file import (
-    load_parameters_file,
-    settings_from_parameters,
-)
 from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.settings import (
-    Declaration,
-    convert,
-    declarations,
-    from_values,
-    values_of,
-)
-
-__all__ = ["declare_settings", "load_parameters_file", "settings_from_parameters", "updated"]
+from irlpilco_ros.learning.settings import Declaration, declarations, from_values, values_of
 
 SettingsT = TypeVar("SettingsT")
 
@@ -57,7 +45,7 @@ def declare_settings(
     apply: Callable[[SettingsT], None] | None = None,
     check: Callable[[SettingsT], None] | None = None,
 ) -> SettingsT:
-    """Declare one parameter per field, with description, unit, range and choices, and read them.
+    """Declare one parameter per setting, with description, unit, range and choices, and read them.
 
     Args:
         node: The node that gets the parameters.
@@ -72,7 +60,6 @@ def declare_settings(
     Raises:
         InvalidSettingError: the values given at the start do not go together.
     """
-    adopt_old_names(node, prefix)
     values = {
         name: _declare(node, prefix + name, declared, apply is None)
         for name, declared in declarations(cls).items()
@@ -91,40 +78,45 @@ def updated(settings: SettingsT, parameters: Iterable[Parameter], prefix: str = 
     Raises:
         InvalidSettingError: the outcome is not allowed.
     """
-    known = declarations(type(settings))
+    declared = declarations(type(settings))
     changes = {
         parameter.name.removeprefix(prefix): parameter.value
         for parameter in parameters
-        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in known
+        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in declared
     }
     return from_values(type(settings), {**values_of(settings), **changes})
 
 
-def adopt_old_names(node: Node, prefix: str = "") -> None:
-    """Let values that a node was started with under an old name count under the new one.
+def given_under_old_name(node: Node, name: str) -> Any:
+    """Return what a node was started with under the old name of a parameter, with a warning.
 
-    Each is warned of, with the new name (see `experience.renamed`).
+    Returns:
+        None if the parameter has no old name, or nothing was given under it.
     """
-    given = node._parameter_overrides  # there is no other way to learn of undeclared ones
-    for old in [name for name in given if name.removeprefix(prefix) in RENAMED]:
-        new = prefix + RENAMED[old.removeprefix(prefix)]
-        value = given.pop(old)
-        if new not in given:
-            given[new] = Parameter(new, value.type_, value.value)
-        node.get_logger().warning(advice(old))
+    for old in (old for old, new in RENAMED.items() if new == name):
+        # Declaring is the only public way to what a node was started with.
+        node.declare_parameter(old, None, ParameterDescriptor(dynamic_typing=True))
+        value = node.get_parameter(old).value
+        node.undeclare_parameter(old)
+        if value is not None:
+            node.get_logger().warning(advice(old))
+            return value
+    return None
 
 
 def _declare(node: Node, name: str, declared: Declaration, read_only: bool) -> Any:
     descriptor = _descriptor(declared, read_only)
-    is_empty = isinstance(declared.default, tuple) and not declared.default
+    default = given_under_old_name(node, name)
+    if default is None:
+        default = declared.default
+    is_empty = isinstance(default, tuple | list) and not default
     # rclpy cannot tell the type of an empty list: declare the type alone then.
-    default = Parameter.Type(descriptor.type) if is_empty else declared.default
-    node.declare_parameter(name, default, descriptor)
+    start = Parameter.Type(descriptor.type) if is_empty else default
+    node.declare_parameter(name, start, descriptor)
     try:
-        value = node.get_parameter(name).value
+        return node.get_parameter(name).value
     except ParameterUninitializedException:
-        return declared.default
-    return convert(f"parameter {name}", value, declared.hint)
+        return default
 
 
 def _follow(

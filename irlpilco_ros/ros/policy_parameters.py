@@ -15,11 +15,12 @@ from irlpilco_ros.experience.policy_file import (
     policy_fields,
     policy_from_parameters,
 )
+from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.policies import REGISTRY, Policy
 from irlpilco_ros.learning.policies.declaration import declared
-from irlpilco_ros.ros.parameters import adopt_old_names
+from irlpilco_ros.ros.parameters import given_under_old_name
 
 _KIND = PREFIX + "kind"
 _TEXTS = {
@@ -76,7 +77,6 @@ class PolicyParameters:
         self._robot = robot
         self._on_change = on_change
         self._descriptors = policy_parameters()
-        adopt_old_names(node)
         self._values: dict[str, Any] = {}
         for name, descriptor in self._descriptors.items():
             self._declare(name, descriptor)
@@ -86,7 +86,9 @@ class PolicyParameters:
         node.add_post_set_parameters_callback(self._take_over)
 
     def _declare(self, name: str, descriptor: ParameterDescriptor) -> None:
-        self._node.declare_parameter(name, Parameter.Type(descriptor.type), descriptor)
+        before = given_under_old_name(self._node, name)
+        start = Parameter.Type(descriptor.type) if before is None else before
+        self._node.declare_parameter(name, start, descriptor)
         value = _plain(self._node.get_parameter_or(name).value)
         if value is not None:
             self._values[name] = value
@@ -123,8 +125,10 @@ class PolicyParameters:
         for parameter in parameters:
             if not self._node.has_parameter(parameter.name):
                 known = ", ".join(self._descriptors)
+                hint = f" ({advice(parameter.name)})" if parameter.name in RENAMED else ""
                 raise InvalidSettingError(
-                    f"parameter {parameter.name} does not exist; those of a policy are: {known}"
+                    f"parameter {parameter.name} does not exist{hint}; those of a policy are: "
+                    f"{known}"
                 )
 
     def _merged(self, parameters: Iterable[Parameter]) -> dict[str, Any]:
