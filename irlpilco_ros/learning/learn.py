@@ -145,7 +145,8 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
 
 
 def _way(settings: LearningSettings, name: str) -> Imitation:
-    return imitation.REGISTRY.get(name)(settings)
+    way = imitation.REGISTRY.get(name)
+    return way(settings.options_of(way), settings.discount)
 
 
 def _cost(task: Task, settings: LearningSettings, way: str, weights: Array) -> Cost:

@@ -1,6 +1,6 @@
 """The page of the cart-pole chapter: results.json, results.csv, index.md, pictures.
 
-The page is templates/index.md; its numbers are those of results.py.
+The page is templates/index.md.j2; its numbers are those of results.py.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _render(summary: Mapping[str, Any], pictures: Sequence[Pictures]) -> str:
     }
     return render(
         "irlpilco_ros.studies.cart_pole",
-        "index.md",
+        "index.md.j2",
         filters,
         trial_time=HORIZON * CONTROL_PERIOD,
         expert=summary["expert"],
