@@ -180,7 +180,7 @@ def _starting_policies(
 ) -> list[Policy]:
     zero = zero_policy(task, settings)
     first = initial_policy(task, settings)
-    if first.kind != zero.kind:  # random controls: nothing that a search could improve
+    if not first.searchable:  # random controls
         first = zero
     policies: dict[str, Callable[[], Policy]] = {
         "last": lambda: previous.policy if previous is not None else first,
