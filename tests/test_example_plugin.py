@@ -21,15 +21,21 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import LearningSettings, apprenticeship, judge
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 import dataclasses
+import numpy as np
 
-robot = dataclasses.replace(ROBOT, features="planar_hand")
+robot = dataclasses.replace(
+    ROBOT, features="planar_hand", options={{"planar_hand.link": 0.4}}
+)
 task = task_of([demonstrated()], robot)
+assert abs(task.feature_map.of(np.zeros(4))[0] - 0.8) < 1e-12
 start = task.reference_states()[0, :2]
 
 def run_trial(policy):
     return trial_of(policy, start, seed=1).rollout(robot.roles, robot.horizon)
 
-settings = LearningSettings(imitation="late_matching", evaluations=6)
+settings = LearningSettings(
+    imitation="late_matching", evaluations=6, options={{"late_matching.growth": 1.1}}
+)
 for iteration in islice(apprenticeship(task, settings, run_trial), 3):
     print(type(task.feature_map).__name__, judge(task, iteration.trial).rmse)
 """
