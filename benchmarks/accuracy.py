@@ -11,14 +11,13 @@ import numpy as np
 
 from benchmarks.problems import arm_objective, sweep_data
 from benchmarks.timing import conditions
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import squared_exponential
-from irlpilco_ros.learning.gp.training import train
 from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread, run_parallel
 from irlpilco_ros.learning.policies import LinearPhasePolicy
 from irlpilco_ros.learning.policies.linear_phase import phase_features
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 
 SAMPLES = 100_000
@@ -87,7 +86,9 @@ def main() -> None:
     print(f"samples alone differ by about {1 / np.sqrt(SAMPLES):.1e} standard deviations")
     print("largest error over 16 steps of         means [st. deviations]  st. deviations [%]")
     for joints, points, spread, sampled in MODELS:
-        model = train(*sweep_data(joints, points), threads=THREADS, max_evaluations=60)
+        model = DynamicsModel.train(
+            *sweep_data(joints, points), threads=THREADS, max_evaluations=60
+        )
         found = {}
         for approximation in ("first_order", "exact"):
             objective, policy = arm_objective(model, approximation, spread=spread)

@@ -28,13 +28,13 @@ from benchmarks.problems import (
     sweep_trials,
 )
 from benchmarks.timing import conditions, in_turns, peak_megabytes, ratio
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ import numpy as np
 
 from irlpilco_ros.learning.costs import FeatureMatching, StateCost
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import LinearPhasePolicy, Policy, RbfPolicy
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout

@@ -13,10 +13,8 @@ import numpy as np
 from irlpilco_ros.learning import imitation
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
-from irlpilco_ros.learning.gp.hyperprior import Hyperprior
+from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -28,7 +26,9 @@ from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.policies.initial_policy import initial_policy, random_policy, zero_policy
 from irlpilco_ros.learning.policies.inverse_policy import inverse_policy
 from irlpilco_ros.learning.policies.random_start import random_start
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
@@ -170,7 +170,7 @@ def _train_model(
         previous.hyperparameters if previous is not None else None,
         settings.threads,
         report.model,
-        cast(Hyperprior, settings.hyperprior),
+        cast(HyperpriorName, settings.hyperprior),
     )
 
 

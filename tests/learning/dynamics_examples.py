@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.moments.gaussian import Gaussian
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 
 
 def example_hyperparameters(rng, outputs, inputs):

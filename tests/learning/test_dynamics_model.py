@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.gp.training import train
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 
 APPROXIMATIONS = st.sampled_from(["first_order", "exact"])
 
@@ -98,12 +97,12 @@ def test_trained_on_odd_data(seed, n, log_scale, kind, spread, approximation):
         x[:, 1] = 3.0
     elif kind == "step":
         y[:, 0] = np.sign(x[:, 0])
-    model = train(x, y, max_evaluations=25)
+    model = DynamicsModel.train(x, y, max_evaluations=25)
     check_prediction(model, x[0], spread**2 * np.exp(2 * log_scale) * np.eye(2), approximation)
 
 
 def test_a_single_point_is_remembered():
-    model = train(np.array([[1.0, 2.0]]), np.array([[0.5]]))
+    model = DynamicsModel.train(np.array([[1.0, 2.0]]), np.array([[0.5]]))
     moments, _ = model.predict(np.array([1.0, 2.0]), np.zeros((2, 2)))
     np.testing.assert_allclose(moments.mean, 0.5, rtol=0.05)
 
@@ -112,12 +111,12 @@ def test_absurd_units_are_refused():
     rng = np.random.default_rng(0)
     x, y = rng.standard_normal((8, 2)), rng.standard_normal((8, 1))
     with pytest.raises(InvalidSettingError, match=r"training targets hold .*e\+200"):
-        train(x, np.where(np.arange(8)[:, None] == 3, 1e200, y))
+        DynamicsModel.train(x, np.where(np.arange(8)[:, None] == 3, 1e200, y))
     with pytest.raises(InvalidSettingError, match="training inputs hold inf in row 3, column 1"):
-        train(np.where(np.arange(16).reshape(8, 2) == 7, np.inf, x), y)
+        DynamicsModel.train(np.where(np.arange(16).reshape(8, 2) == 7, np.inf, x), y)
 
 
 def test_tiny_units_give_numbers():
     rng = np.random.default_rng(0)
     x, y = rng.standard_normal((8, 2)), 1e-200 * rng.standard_normal((8, 1))
-    check_prediction(train(x, y, max_evaluations=10), x[0], 0.01 * np.eye(2), "exact")
+    check_prediction(DynamicsModel.train(x, y, max_evaluations=10), x[0], 0.01 * np.eye(2), "exact")

@@ -6,7 +6,7 @@ from block_checks import golden_cases, slope
 from dynamics_examples import example_data
 
 from irlpilco_ros.learning.gp.evidence import negative_log_evidence
-from irlpilco_ros.learning.gp.hyperprior import pilco_curb
+from irlpilco_ros.learning.gp.hyperprior import pilco_penalty
 
 
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("nlml")))
@@ -16,7 +16,7 @@ def test_agrees_with_the_original(case, given, expected):
     for a in range(given["Y"].shape[1]):
         parameters = given["hyp"][:, a]
         value, gradient = negative_log_evidence(inputs, given["Y"][:, a], parameters)
-        penalty, penalty_gradient = pilco_curb(parameters, log_scales)
+        penalty, penalty_gradient = pilco_penalty(parameters, log_scales)
         np.testing.assert_allclose(value, expected["nlml"].ravel()[a], rtol=1e-8)
         np.testing.assert_allclose(gradient, expected["dnlml"][:, a], rtol=1e-8, atol=1e-8)
         np.testing.assert_allclose(value + penalty, expected["nlml_curb"].ravel()[a], rtol=1e-8)

@@ -1,4 +1,4 @@
-"""Beliefs about hyperparameters: gradients, where they are flat and what they prevent."""
+"""Hyperpriors: gradients, where they are flat and what they prevent."""
 
 import math
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from block_checks import slope
 
-from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, dimension_scaled, pilco_curb
-from irlpilco_ros.learning.gp.training import train
+from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, dimension_scaled_penalty, pilco_penalty
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 
 
 @pytest.mark.parametrize("name", sorted(HYPERPRIORS))
@@ -24,18 +24,18 @@ def test_gradient(name, parameters):
         np.testing.assert_allclose(gradient[k], found, rtol=1e-6, atol=1e-6)
 
 
-def test_the_curb_is_flat_inside_and_steep_outside():
+def test_the_penalty_is_flat_inside_and_steep_outside():
     scales = np.zeros(2)
-    assert pilco_curb(np.array([1.0, -1.0, 0.0, -3.0]), scales)[0] < 1e-10
+    assert pilco_penalty(np.array([1.0, -1.0, 0.0, -3.0]), scales)[0] < 1e-10
     for outside in ([6.0, 0.0, 0.0, -3.0], [0.0, -6.0, 0.0, -3.0], [0.0, 0.0, 4.0, -4.0]):
-        assert pilco_curb(np.array(outside), scales)[0] > 50.0
+        assert pilco_penalty(np.array(outside), scales)[0] > 50.0
 
 
 @pytest.mark.parametrize("inputs", [1, 6, 42])
 def test_the_expected_lengthscale_grows_with_the_dimensions(inputs):
     scales = np.linspace(-2.0, 1.0, inputs)
     expected = scales + math.sqrt(2.0) + 0.5 * math.log(inputs)
-    value, gradient = dimension_scaled(np.append(expected, [0.0, -3.0]), scales)
+    value, gradient = dimension_scaled_penalty(np.append(expected, [0.0, -3.0]), scales)
     assert value < 1e-10
     assert np.abs(gradient[:-2]).max() == 0.0
 
@@ -46,7 +46,7 @@ def test_noise_is_not_taken_for_structure():
     fresh = rng.normal(size=42)
     trusted = {}
     for name in HYPERPRIORS:
-        model = train(inputs, noise, threads=1, hyperprior=name)
+        model = DynamicsModel.train(inputs, noise, threads=1, hyperprior=name)
         lengthscales = np.exp(model.hyperparameters.log_lengthscales)
         assert np.isfinite(model.predict(fresh, np.zeros((42, 42)))[0].mean).all()
         trusted[name] = lengthscales.min(axis=1)

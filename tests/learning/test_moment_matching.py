@@ -12,10 +12,20 @@ from block_checks import (
 from dynamics_examples import example_input, example_model
 
 from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters, squared_exponential
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.moments.moment_matching import match_moments
+from irlpilco_ros.learning.moments.moment_matching import MomentMatching
+from irlpilco_ros.learning.moments.pair_blocks import column_strips
+from irlpilco_ros.learning.numerics.sharing import output_groups
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
+
+
+def check_that_it_is_cut(model):
+    """Into groups of outputs, and strips of columns."""
+    n, size = model.inputs.shape
+    outputs = model.targets.shape[1]
+    assert len(output_groups(outputs, outputs * n * n * size)) > 1
+    assert len(column_strips(n)) > 1
 
 
 def original_hyperparameters(given):
@@ -84,8 +94,7 @@ def test_gradient(approximation, prior, seed):
 @pytest.mark.parametrize("approximation", ["first_order", "exact"])
 def test_gradient_over_several_groups_and_strips(approximation):
     model = example_model(4, n=260, outputs=8, inputs=6, threads=2)
-    assert len(model.posterior.groups) > 1
-    assert len(model.posterior.strips) > 1
+    check_that_it_is_cut(model)
     at = example_input(5, 6)
     check_pullback(lambda g: model.predict(g.mean, g.covariance, approximation), at)
 
@@ -93,7 +102,7 @@ def test_gradient_over_several_groups_and_strips(approximation):
 def test_without_spread_the_variance_over_several_strips_is_the_posteriors():
     """s^2 - k(x, X) K^-1 k(X, x) (2.24)."""
     model = example_model(4, n=200, inputs=6)
-    assert len(model.posterior.strips) > 1
+    assert len(column_strips(200)) > 1
     x, hyperparameters = example_input(5, 6).mean, model.hyperparameters
     moments, _ = model.predict(x, np.zeros((6, 6)), gradient=False)
     for a, signal in enumerate(hyperparameters.signal_variance):
@@ -158,7 +167,7 @@ def test_threads_and_gradient_do_not_change_a_bit(approximation):
     results = []
     for threads in (1, 2, 3):
         model = example_model(4, n=260, outputs=8, inputs=6, threads=threads)
-        assert len(model.posterior.groups) > 1
+        check_that_it_is_cut(model)
         moments, pullback = model.predict(at.mean, at.covariance, approximation)
         bars = random_bars(np.random.default_rng(0), moments)
         results.append([moments.mean, moments.covariance, moments.jacobian, *pullback(*bars)])
@@ -183,6 +192,6 @@ def test_refusals_say_what_was_expected():
     with pytest.raises(NumericalError, match="smallest eigenvalue is -50"):
         model.predict(at.mean, -50.0 * np.eye(4))
     with pytest.raises(NumericalError, match="not finite"):
-        match_moments(
-            model.posterior, model.prior_mean, at.mean, at.covariance * np.inf, "exact", True, 1
+        MomentMatching(model.posterior, model.prior_mean).moments(
+            at.mean, at.covariance * np.inf, "exact"
         )

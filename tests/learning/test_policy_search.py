@@ -8,7 +8,6 @@ from irlpilco_ros.learning.costs import FeatureMatching
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.gp.trial_data import train_on_trials
 from irlpilco_ros.learning.learn import expected_cost, weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
@@ -16,6 +15,7 @@ from irlpilco_ros.learning.policies import LinearPhasePolicy
 from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.search.policy_search import search_policy
 
 LIMIT = np.array([1.0, 0.8])

@@ -8,12 +8,12 @@ from toy_models import toy_model
 from irlpilco_ros.learning.costs import FeatureMatching, StateCost, saturating_loss
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, RbfPolicy
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.predicted_trajectory import predict_step, predict_trajectory
 from irlpilco_ros.learning.prediction.state_layout import StateLayout

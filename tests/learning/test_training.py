@@ -9,10 +9,10 @@ from dynamics_examples import example_data, example_hyperparameters
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.evidence import negative_log_evidence
-from irlpilco_ros.learning.gp.hyperprior import dimension_scaled, pilco_curb
+from irlpilco_ros.learning.gp.hyperprior import dimension_scaled_penalty, pilco_penalty
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.gp.training import train
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 
 
 def evidence(penalty, inputs, targets, hyperparameters, a):
@@ -26,15 +26,15 @@ def evidence(penalty, inputs, targets, hyperparameters, a):
     return value + penalty(parameters, np.log(inputs.std(axis=0, ddof=1)))[0]
 
 
-curbed_evidence = partial(evidence, pilco_curb)
-scaled_evidence = partial(evidence, dimension_scaled)
+pilco_evidence = partial(evidence, pilco_penalty)
+scaled_evidence = partial(evidence, dimension_scaled_penalty)
 
 
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("train")))
 def test_finds_the_optima_of_the_original(case, given, expected):
-    model = train(given["X"], given["Y"])
+    model = DynamicsModel.train(given["X"], given["Y"])
     for a, value in enumerate(expected["nlml"].ravel()):
-        found = curbed_evidence(given["X"], given["Y"], model.hyperparameters, a)
+        found = pilco_evidence(given["X"], given["Y"], model.hyperparameters, a)
         assert found <= value + 1e-3 * abs(value)
 
 
@@ -46,7 +46,7 @@ def test_recovers_the_parameters_that_made_the_data():
     gram = np.exp(-0.5 * ((scaled[:, None] - scaled[None]) ** 2).sum(axis=2))
     y = np.linalg.cholesky(gram + 1e-9 * np.eye(150)) @ rng.standard_normal(150)
     y += 0.1 * rng.standard_normal(150)
-    found = train(x, y[:, None]).hyperparameters
+    found = DynamicsModel.train(x, y[:, None]).hyperparameters
     np.testing.assert_allclose(np.exp(found.log_lengthscales[0]), truth, rtol=0.25)
     np.testing.assert_allclose(np.exp(found.log_noise), 0.1, rtol=0.25)
 
@@ -54,7 +54,9 @@ def test_recovers_the_parameters_that_made_the_data():
 def test_threads_do_not_change_a_bit():
     rng = np.random.default_rng(1)
     x, y = example_data(rng, 200, 5, 3)  # enough for threads to be used
-    models = [train(x, y, threads=threads, max_evaluations=30) for threads in (1, 2, 3)]
+    models = [
+        DynamicsModel.train(x, y, threads=threads, max_evaluations=30) for threads in (1, 2, 3)
+    ]
     for model in models[1:]:
         for name in ("log_lengthscales", "log_signal", "log_noise"):
             np.testing.assert_array_equal(
@@ -66,12 +68,12 @@ def test_threads_do_not_change_a_bit():
 def test_warm_start_needs_fewer_evaluations():
     rng = np.random.default_rng(2)
     x, y = example_data(rng, 60, 2, 3)
-    before = train(x[:50], y[:50]).hyperparameters
-    best = train(x, y).hyperparameters
-    warm = train(x, y, warm_start=before, max_evaluations=10).hyperparameters
-    cold = train(x, y, max_evaluations=10).hyperparameters
+    before = DynamicsModel.train(x[:50], y[:50]).hyperparameters
+    best = DynamicsModel.train(x, y).hyperparameters
+    warm = DynamicsModel.train(x, y, warm_start=before, max_evaluations=10).hyperparameters
+    cold = DynamicsModel.train(x, y, max_evaluations=10).hyperparameters
     for a in range(2):
-        lost = [curbed_evidence(x, y, h, a) - curbed_evidence(x, y, best, a) for h in (warm, cold)]
+        lost = [pilco_evidence(x, y, h, a) - pilco_evidence(x, y, best, a) for h in (warm, cold)]
         assert lost[0] <= max(0.2 * lost[1], 1e-3)
 
 
@@ -79,10 +81,12 @@ def test_a_warm_start_where_all_is_noise_is_left():
     rng = np.random.default_rng(2)
     x = rng.standard_normal((40, 3))
     y = np.sin(0.5 * x @ rng.standard_normal((3, 2))) + 0.01 * rng.standard_normal((40, 2))
-    cold = train(x, y, hyperprior="dimension_scaled")
+    cold = DynamicsModel.train(x, y, hyperprior="dimension_scaled")
     quiet, loud = np.log(1e-2 * y.std(axis=0)), np.log(y.std(axis=0))
     trap = Hyperparameters(np.full((2, 3), 3.0), quiet, loud)
-    found = train(x, y, warm_start=trap, max_evaluations=40, hyperprior="dimension_scaled")
+    found = DynamicsModel.train(
+        x, y, warm_start=trap, max_evaluations=40, hyperprior="dimension_scaled"
+    )
     for a in range(2):
         best, reached, start = (
             scaled_evidence(x, y, each, a)
@@ -97,7 +101,7 @@ def test_the_prior_mean_is_taken_off_first():
     x = rng.standard_normal((30, 6))
     prior = velocity_prior(2, 0.5)
     y = x @ prior.T + 1e-3 * np.sin(x[:, :4])
-    model = train(x, y, prior_mean=prior)
+    model = DynamicsModel.train(x, y, prior_mean=prior)
     assert (model.hyperparameters.signal_variance < 1e-4).all()
     moments, _ = model.predict(x[0], np.zeros((6, 6)))
     np.testing.assert_allclose(moments.mean, y[0], atol=2e-4)
@@ -107,7 +111,7 @@ def test_progress_reaches_one_and_may_cancel():
     rng = np.random.default_rng(4)
     x, y = example_data(rng, 15, 4, 2)
     seen = []
-    train(x, y, progress=seen.append, max_evaluations=5)
+    DynamicsModel.train(x, y, progress=seen.append, max_evaluations=5)
     assert seen == [0.25, 0.5, 0.75, 1.0]
 
     class CancelledError(Exception):
@@ -117,17 +121,15 @@ def test_progress_reaches_one_and_may_cancel():
         raise CancelledError
 
     with pytest.raises(CancelledError):
-        train(x, y, progress=cancel, max_evaluations=5)
+        DynamicsModel.train(x, y, progress=cancel, max_evaluations=5)
 
 
 def test_jitter_is_reported_and_not_printed(capsys):
     x = np.repeat(np.array([[0.0], [1.0]]), 10, axis=0)
     y = np.repeat(np.array([[0.0], [1.0]]), 10, axis=0)
     tiny = Hyperparameters(np.zeros((1, 1)), np.zeros(1), np.array([-40.0]))
-    model = train(x, y, warm_start=tiny, max_evaluations=1)
+    model = DynamicsModel.train(x, y, warm_start=tiny, max_evaluations=1)
     assert model.notes == ()  # the search stays where it needs none
-    from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
-
     model = DynamicsModel.condition(x, y, tiny)
     assert model.notes
     assert "output 0: the kernel matrix needed a jitter of" in model.notes[0]
@@ -138,13 +140,13 @@ def test_refusals_say_what_was_expected():
     rng = np.random.default_rng(5)
     x, y = example_data(rng, 10, 2, 3)
     with pytest.raises(InvalidSettingError, match="row 4, column 1"):
-        train(x, np.where(np.arange(20).reshape(10, 2) == 9, np.nan, y))
+        DynamicsModel.train(x, np.where(np.arange(20).reshape(10, 2) == 9, np.nan, y))
     with pytest.raises(InvalidSettingError, match=r"expected \(n, P\) and \(n, E\)"):
-        train(x[:5], y)
+        DynamicsModel.train(x[:5], y)
     with pytest.raises(InvalidSettingError, match=r"expected \(2, 3\)"):
-        train(x, y, prior_mean=np.zeros((2, 2)))
+        DynamicsModel.train(x, y, prior_mean=np.zeros((2, 2)))
     with pytest.raises(InvalidSettingError, match=r"expected \(2, 3\) like the data"):
-        train(x, y, warm_start=example_hyperparameters(rng, 2, 4))
+        DynamicsModel.train(x, y, warm_start=example_hyperparameters(rng, 2, 4))
     with pytest.raises(InvalidSettingError, match="beyond"):
         Hyperparameters(np.full((1, 1), 200.0), np.zeros(1), np.zeros(1))
     with pytest.raises(InvalidSettingError, match=r"log_noise has shape \(2,\); expected \(1,\)"):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
 

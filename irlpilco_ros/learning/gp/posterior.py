@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from irlpilco_ros.learning.gp.kernel import Hyperparameters, squared_exponential
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.numerics.linear_algebra import (
-    jittered_cholesky,
-    triangular_inverse,
-    useful_threads,
-)
-from irlpilco_ros.learning.numerics.threads import one_blas_thread, run_parallel
-
-_GROUPS = 2  # of outputs, which threads share out; more would make each numpy call too short
-_WORTH_SHARING = 3_000_000  # multiplications; one thread is as fast with fewer, in one group
-_STRIP = 60  # columns of an n x n matrix that are worked on together
+from irlpilco_ros.learning.numerics.linear_algebra import jittered_cholesky, triangular_inverse
+from irlpilco_ros.learning.numerics.sharing import for_each_output
 
 
 @dataclass(frozen=True)
@@ -35,7 +25,7 @@ class Posterior:
         lengthscales_squared: Squared length-scales, of shape (E, P).
         signal_variance: Variances of the latent functions, of shape (E,).
         weights: beta, of shape (E, n).
-        pair_weights: beta beta' - inverse, symmetric, in strips (see `strip_weights`).
+        inverse: K^-1, or what stands in its place, of shape (E, n, n).
         notes: What had to be done to the matrices, in words; empty if nothing.
     """
 
@@ -43,40 +33,13 @@ class Posterior:
     lengthscales_squared: Array
     signal_variance: Array
     weights: Array
-    pair_weights: tuple[Array, ...]
+    inverse: Array
     notes: tuple[str, ...] = ()
 
     @property
     def outputs(self) -> int:
         """Number of outputs E."""
         return len(self.weights)
-
-    @cached_property
-    def strips(self) -> tuple[tuple[int, int], ...]:
-        """First and last column (exclusive) of the strips that an n x n matrix is cut into.
-
-        Of a symmetric one, sums over all pairs of points need each strip's columns only down to
-        the end of its diagonal block.
-        """
-        return strips(self.weights.shape[1])
-
-    @cached_property
-    def groups(self) -> tuple[slice, ...]:
-        """The outputs in groups that are worked on together, for threads to share out.
-
-        The grouping depends on sizes alone, never on threads, so that results do not either.
-        """
-        size, n = self.points.shape[1:]
-        worth_it = self.outputs * n * n * size > _WORTH_SHARING
-        count = min(_GROUPS, self.outputs) if worth_it else 1
-        edges = np.linspace(0, self.outputs, count + 1).astype(int)
-        return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(edges))
-
-
-def strips(n: int) -> tuple[tuple[int, int], ...]:
-    """Cut n columns into strips of about equal width."""
-    edges = np.linspace(0, n, max(1, round(n / _STRIP)) + 1).astype(int)
-    return tuple((int(a), int(b)) for a, b in itertools.pairwise(edges))
 
 
 def condition(
@@ -95,7 +58,7 @@ def condition(
     """
     n, outputs = targets.shape
     weights = np.empty((outputs, n))
-    inverses = np.empty((outputs, n, n))
+    inverse = np.empty((outputs, n, n))
 
     def one_output(a: int) -> float:
         signal = float(hyperparameters.signal_variance[a])
@@ -106,41 +69,18 @@ def condition(
         factor, jitter = jittered_cholesky(kernel, signal)
         inverse_factor = triangular_inverse(factor)
         weights[a] = inverse_factor.T @ (inverse_factor @ targets[:, a])
-        np.matmul(inverse_factor.T, inverse_factor, out=inverses[a])
+        np.matmul(inverse_factor.T, inverse_factor, out=inverse[a])
         return jitter
 
-    with one_blas_thread():
-        jitters = run_parallel(one_output, range(outputs), useful_threads(n, threads))
+    jitters = for_each_output(one_output, outputs, n, threads)
     return Posterior(
         points=np.ascontiguousarray(inputs.T)[None],
         lengthscales_squared=hyperparameters.lengthscales_squared,
         signal_variance=hyperparameters.signal_variance,
         weights=weights,
-        pair_weights=strip_weights(weights, inverses),
+        inverse=inverse,
         notes=jitter_notes(jitters),
     )
-
-
-def strip_weights(weights: Array, inverses: Array) -> tuple[Array, ...]:
-    """Return beta beta' - inverse, symmetric, in strips of columns for sums over all pairs.
-
-    Each strip is an array of its own, in memory as it is read, and ends with its diagonal block:
-    what is above that is doubled, for its mirror image.
-
-    Args:
-        weights: beta, of shape (E, n).
-        inverses: Of shape (E, n, n).
-
-    Returns:
-        For each strip an array of shape (E, stop, stop - start).
-    """
-    found = []
-    for start, stop in strips(weights.shape[1]):
-        strip = weights[:, :stop, None] * weights[:, None, start:stop]
-        strip -= inverses[:, :stop, start:stop]
-        strip[:, :start] *= 2.0
-        found.append(strip)
-    return tuple(found)
 
 
 def jitter_notes(jitters: Sequence[float]) -> tuple[str, ...]:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from irlpilco_ros.learning.gp.kernel import Hyperparameters, squared_exponential
-from irlpilco_ros.learning.gp.posterior import Posterior, jitter_notes, strip_weights
+from irlpilco_ros.learning.gp.posterior import Posterior, jitter_notes
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.linear_algebra import jittered_cholesky, triangular_inverse
-from irlpilco_ros.learning.numerics.threads import one_blas_thread, run_parallel
+from irlpilco_ros.learning.numerics.sharing import for_each_output
 
 _RIDGE = 1e-6
 
@@ -43,22 +43,21 @@ def condition_sparse(
     outputs, m = targets.shape[1], inducing.shape[1]
     ridges = np.broadcast_to(ridge, outputs) * hyperparameters.signal_variance
     weights = np.empty((outputs, m))
-    inverses = np.empty((outputs, m, m))
+    inverse = np.empty((outputs, m, m))
 
     def one_output(a: int) -> float:
-        weights[a], inverses[a], jitter = _one_output(
+        weights[a], inverse[a], jitter = _one_output(
             inputs, targets[:, a], hyperparameters, a, inducing[a % len(inducing)], ridges[a]
         )
         return jitter
 
-    with one_blas_thread():
-        jitters = run_parallel(one_output, range(outputs), threads)
+    jitters = for_each_output(one_output, outputs, m, threads)
     return Posterior(
         points=np.ascontiguousarray(np.swapaxes(inducing, 1, 2)),
         lengthscales_squared=hyperparameters.lengthscales_squared,
         signal_variance=hyperparameters.signal_variance,
         weights=weights,
-        pair_weights=strip_weights(weights, inverses),
+        inverse=inverse,
         notes=jitter_notes(jitters),
     )
 

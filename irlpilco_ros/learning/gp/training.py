@@ -1,4 +1,4 @@
-"""Training of the dynamics model by evidence maximisation (2.28), outputs in parallel."""
+"""Hyperparameters by evidence maximisation (2.28), outputs in parallel."""
 
 from __future__ import annotations
 
@@ -10,17 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.gp.dynamics_model import (
-    MAX_EXACT_POINTS,
-    DynamicsModel,
-    check_data,
-)
 from irlpilco_ros.learning.gp.evidence import negative_log_evidence
-from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, Belief, Hyperprior
+from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, Hyperprior, HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.numerics.linear_algebra import useful_threads
-from irlpilco_ros.learning.numerics.threads import one_blas_thread, run_parallel
+from irlpilco_ros.learning.numerics.sharing import for_each_output
 
 _SMALLEST_SCALE = 1e-8
 _LENGTHSCALE_REACH = math.log(100.0) * 1.3  # the soft penalty is at a factor of 100
@@ -51,13 +45,13 @@ class _Scales:
         height = np.maximum(height, np.maximum(1e-3 * size, _SMALLEST_SCALE))
         return _Scales(np.log(spread), np.log(height))
 
-    def starts(self, belief: Belief) -> list[Array]:
+    def starts(self, hyperprior: Hyperprior) -> list[Array]:
         """Return where cold searches start, [log l, log s, log noise], of shape (E, P + 2) each."""
-        lengthscales = np.tile(belief.start(self.inputs), (len(self.targets), 1))
+        lengthscales = np.tile(hyperprior.lengthscales(self.inputs), (len(self.targets), 1))
         height = self.targets[:, None]
         return [
             np.hstack([lengthscales, height + math.log(signal), height + math.log(noise)])
-            for signal, noise in belief.loudness
+            for signal, noise in hyperprior.signal_and_noise
         ]
 
     def bounds(self, a: int) -> Array:
@@ -72,74 +66,61 @@ class _Scales:
         return np.stack([lower, upper], axis=1)
 
 
-def train(
+def maximise_evidence(
     inputs: Array,
     targets: Array,
-    prior_mean: Array | None = None,
-    warm_start: Hyperparameters | None = None,
-    threads: int = 2,
-    progress: Callable[[float], None] | None = None,
-    max_evaluations: int = 300,
-    max_exact_points: int = MAX_EXACT_POINTS,
-    hyperprior: Hyperprior = "pilco",
-) -> DynamicsModel:
-    """Find the hyperparameters that maximise the evidence, and condition the model on the data.
+    hyperprior: HyperpriorName,
+    warm_start: Hyperparameters | None,
+    max_points: int,
+    max_evaluations: int,
+    threads: int,
+    progress: Callable[[float], None] | None,
+) -> Hyperparameters:
+    """Return the hyperparameters of zero-mean GPs that maximise the evidence times the hyperprior.
 
     Args:
-        inputs: [state, control], of shape (n, P).
-        targets: Changes of the state, of shape (n, E).
-        prior_mean: A of the linear prior mean, of shape (E, P); None for a zero mean.
-        warm_start: Hyperparameters to start from, such as the last iteration's; None starts
-            from the scales of the data, as PILCO does.
-        threads: How many threads may work, if there are enough points; no influence on the result.
+        inputs: Of shape (n, P), finite.
+        targets: Of shape (n, E), finite.
+        hyperprior: With "dimension_scaled" there is a second search from a higher signal-to-noise
+            ratio, and the better end counts.
+        warm_start: Where the first search starts; None for the scales of the data, as in PILCO.
+        max_points: Of more points than this, so many are used, evenly spread in their order.
+        max_evaluations: Of the evidence, for each search.
+        threads: How many threads may work; no influence on the result.
         progress: Called with the fraction done, 0..1, from the threads that work, one call at a
             time; may raise to cancel.
-        max_evaluations: Of the evidence, for each output.
-        max_exact_points: With more points than this, the hyperparameters come from this many
-            points, evenly spread over the data in their order, and the model is sparse: see
-            `DynamicsModel.condition`.
-        hyperprior: What is believed of the hyperparameters before any data. With
-            "dimension_scaled" there is a second search, and what has more evidence counts.
 
     Raises:
-        InvalidSettingError: if shapes disagree or the data are not finite.
+        InvalidSettingError: if the warm start does not fit the data.
         NumericalError: if no positive-definite kernel matrix can be found.
     """
     outputs, size = targets.shape[1], inputs.shape[1]
-    prior = np.zeros((outputs, size)) if prior_mean is None else prior_mean
-    check_data(inputs, targets, prior)
-    residuals = targets - inputs @ prior.T
-    scales = _Scales.of(inputs, residuals)
-    belief = HYPERPRIORS[hyperprior]
-    starts = scales.starts(belief)
+    prior = HYPERPRIORS[hyperprior]
+    scales = _Scales.of(inputs, targets)
+    starts = scales.starts(prior)
     if warm_start is not None:
         starts[0] = _stack(warm_start, outputs, size)
-    chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_exact_points)).astype(int)
-    points, values = inputs[chosen], residuals[chosen]
+    chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_points)).astype(int)
+    points, values = inputs[chosen], targets[chosen]
     report = _Progress(progress, outputs)
 
     def one_output(a: int) -> Array:
-        found = _maximise_evidence(
+        found = _search(
             points,
             values[:, a],
             [start[a] for start in starts],
             scales.bounds(a),
-            lambda parameters: belief.penalty(parameters, scales.inputs),
+            lambda parameters: prior.penalty(parameters, scales.inputs),
             max_evaluations,
         )
         report.step()
         return found
 
-    threads = useful_threads(len(points), threads)
-    with one_blas_thread():
-        found = np.array(run_parallel(one_output, range(outputs), threads))
-    hyperparameters = Hyperparameters(found[:, :size], found[:, size], found[:, size + 1])
-    return DynamicsModel.condition(
-        inputs, targets, hyperparameters, prior, threads, max_exact_points
-    )
+    found = np.array(for_each_output(one_output, outputs, len(points), threads))
+    return Hyperparameters(found[:, :size], found[:, size], found[:, size + 1])
 
 
-def _maximise_evidence(
+def _search(
     inputs: Array,
     targets: Array,
     starts: Sequence[Array],

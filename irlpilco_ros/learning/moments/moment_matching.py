@@ -13,7 +13,7 @@ A prior mean A x adds A to V and leaves R as it is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -23,9 +23,10 @@ from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.gp.posterior import Posterior
 from irlpilco_ros.learning.moments.displacements import Displacements
 from irlpilco_ros.learning.moments.gaussian import Moments, Pullback
-from irlpilco_ros.learning.moments.output_moments import OutputMoments, output_moments
+from irlpilco_ros.learning.moments.output_moments import OutputGroup, OutputMoments, output_moments
 from irlpilco_ros.learning.moments.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
+from irlpilco_ros.learning.numerics.sharing import output_groups
 from irlpilco_ros.learning.numerics.threads import Task, one_blas_thread, run_parallel
 
 CovarianceApproximation: TypeAlias = Literal["first_order", "exact"]
@@ -34,57 +35,121 @@ _SMALLEST_REMAINDER = 1e-12  # of the signal variance; what rounding can leave b
 
 
 @dataclass(frozen=True)
-class _Outputs:
-    """All groups of outputs at one input, and what they say together."""
+class MomentMatching:
+    """The moments of A x + g(x) for Gaussian x; what depends on g alone is prepared once.
 
-    groups: list[OutputMoments]
+    Attributes:
+        posterior: Of g, with E outputs.
+        prior_mean: A, of shape (E, P).
+        threads: How many threads may work; has no influence on the result.
+    """
+
+    posterior: Posterior
+    prior_mean: Array
+    threads: int = 1
+
+    @cached_property
+    def _groups(self) -> tuple[OutputGroup, ...]:
+        """The outputs in groups that are worked on together, for threads to share out."""
+        (_, size, n), outputs = self.posterior.points.shape, self.posterior.outputs
+        groups = output_groups(outputs, multiplications=outputs * n * n * size)
+        return tuple(OutputGroup.of(self.posterior, which) for which in groups)
+
+    def moments(
+        self,
+        mean: Array,
+        covariance: Array,
+        approximation: CovarianceApproximation,
+        gradient: bool = True,
+    ) -> tuple[Moments, Pullback | None]:
+        """Return the moments for x ~ N(mean, covariance), and their pullback.
+
+        Args:
+            mean: Of shape (P,).
+            covariance: Of shape (P, P).
+            approximation: "first_order" or "exact".
+            gradient: False saves the work for the pullback, which is None then.
+
+        Raises:
+            InvalidSettingError: if the approximation or a shape is wrong.
+            NumericalError: if the input is not finite or its covariance is indefinite.
+        """
+        _check_input(self.prior_mean, mean, covariance, approximation)
+        groups = self._groups
+        threads = min(self.threads, len(groups))  # less is not worth sharing
+        covariance = symmetric(covariance)
+        pairs = None
+        with one_blas_thread():
+            displacements = Task(partial(Displacements.of, self.posterior.points, mean))
+            outputs = _Outputs.of(groups, displacements, covariance, gradient, threads)
+            if approximation == "exact":
+                pairs = all_pairs(
+                    self.posterior,
+                    displacements.result(),
+                    covariance,
+                    gradient,
+                    len(groups),
+                    threads,
+                )
+        remainder, above = _remainder(self.posterior, outputs, pairs, covariance)
+        jacobian = outputs.jacobian + self.prior_mean
+        moments = Moments(
+            mean=outputs.mean + self.prior_mean @ mean,
+            covariance=symmetric(jacobian @ covariance @ jacobian.T + remainder),
+            jacobian=jacobian,
+        )
+        matched = _Matched(self.prior_mean, outputs, pairs, covariance, above, threads)
+        return moments, matched.pullback if gradient else None
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """All groups of outputs at one input, and what they say together.
+
+    Attributes:
+        groups: Which outputs each has, and their moments.
+        mean: M, of shape (E,).
+        jacobian: V, of shape (E, P).
+        variance: v, of shape (E,).
+    """
+
+    groups: list[tuple[slice, OutputMoments]]
     mean: Array
     jacobian: Array
     variance: Array
 
+    @staticmethod
+    def of(
+        groups: tuple[OutputGroup, ...],
+        displacements: Task[Displacements],
+        covariance: Array,
+        gradient: bool,
+        threads: int,
+    ) -> _Outputs:
+        """Return the moments of all groups, which threads share out."""
+        found = run_parallel(
+            lambda group: output_moments(group, displacements, covariance, gradient, threads),
+            groups,
+            threads,
+        )
+        return _Outputs(
+            [(group.which, moments) for group, moments in zip(groups, found, strict=True)],
+            np.concatenate([moments.mean for moments in found]),
+            np.concatenate([moments.jacobian for moments in found]),
+            np.concatenate([moments.variance for moments in found]),
+        )
 
-def match_moments(
-    posterior: Posterior,
-    prior_mean: Array,
-    mean: Array,
-    covariance: Array,
-    approximation: CovarianceApproximation,
-    gradient: bool,
-    threads: int,
-) -> tuple[Moments, Pullback | None]:
-    """Return the moments of A x + g(x) for x ~ N(mean, covariance), and their pullback.
+    def pullback(
+        self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array, threads: int
+    ) -> list[tuple[Array, Array]]:
+        """Return the pullback of each group by M (E,), V (E, P) and v (E,) to m and S."""
 
-    Args:
-        posterior: Of g, with E outputs.
-        prior_mean: A, of shape (E, P).
-        mean: Of shape (P,).
-        covariance: Of shape (P, P).
-        approximation: "first_order" or "exact".
-        gradient: False saves the work for the pullback, which is None then.
-        threads: How many threads may work.
+        def pull(part: tuple[slice, OutputMoments]) -> tuple[Array, Array]:
+            which, moments = part
+            return moments.pullback(mean_bar[which], jacobian_bar[which], variance_bar[which])
 
-    Raises:
-        InvalidSettingError: if the approximation or a shape is wrong.
-        NumericalError: if the input is not finite or its covariance is indefinite.
-    """
-    _check_input(prior_mean, mean, covariance, approximation)
-    threads = min(threads, len(posterior.groups))  # less is not worth sharing
-    covariance = symmetric(covariance)
-    pairs = None
-    with one_blas_thread():
-        displacements = Task(partial(Displacements.of, posterior.points, mean))
-        outputs = _all_outputs(posterior, displacements, covariance, gradient, threads)
-        if approximation == "exact":
-            pairs = all_pairs(posterior, displacements.result(), covariance, gradient, threads)
-    remainder, above = _remainder(posterior, outputs, pairs, covariance)
-    jacobian = outputs.jacobian + prior_mean
-    moments = Moments(
-        mean=outputs.mean + prior_mean @ mean,
-        covariance=symmetric(jacobian @ covariance @ jacobian.T + remainder),
-        jacobian=jacobian,
-    )
-    matched = _Matched(posterior, outputs, pairs, prior_mean, covariance, above, threads)
-    return moments, matched.pullback if gradient else None
+        with one_blas_thread():
+            return run_parallel(pull, self.groups, threads)
 
 
 @dataclass(frozen=True)
@@ -92,19 +157,17 @@ class _Matched:
     """What the pullback needs of a prediction.
 
     Attributes:
-        posterior: Of g.
+        prior_mean: A, of shape (E, P).
         outputs: The single outputs.
         pairs: Their exact mean products; None for `first_order`.
-        prior_mean: A, of shape (E, P).
         covariance: S, of shape (P, P).
         above: Where the diagonal of R is not at its floor, of shape (E,).
         threads: How many threads may work.
     """
 
-    posterior: Posterior
+    prior_mean: Array
     outputs: _Outputs
     pairs: PairMoments | None
-    prior_mean: Array
     covariance: Array
     above: NDArray[np.bool_]
     threads: int
@@ -112,39 +175,29 @@ class _Matched:
     def pullback(
         self, mean_bar: Array, covariance_bar: Array, jacobian_bar: Array
     ) -> tuple[Array, Array]:
-        """Pull derivatives by mean (E,), covariance (E, E) and Jacobian (E, P) back to m and S."""
-        bar, own = symmetric(covariance_bar), self.outputs.jacobian
-        jacobian = own + self.prior_mean
-        diagonal = bar.diagonal()
-        # Through (A + V) S (A + V)', and through R: variances and pairs, minus V S V'.
-        variance_bar = np.where(self.above, diagonal, 0.0)
-        turned, taken = bar @ jacobian, variance_bar[:, None] * own
+        """Pull derivatives by mean (E,), covariance (E, E) and Jacobian (E, P) back to m and S.
+
+        With C_bar the symmetric part of the covariance's, (A + V) S (A + V)' and R give
+        V_bar += 2 (C_bar (A + V) - R_bar V) S     S_bar = (A + V)'C_bar (A + V) - V'R_bar V
+        where R_bar = C_bar for `exact` and its diagonal for `first_order`.
+        """
+        C_bar, V = symmetric(covariance_bar), self.outputs.jacobian
+        J = V + self.prior_mean
+        variance_bar = np.where(self.above, C_bar.diagonal(), 0.0)
+        between_bar = C_bar - np.diag(C_bar.diagonal())  # by what pairs of outputs share
+        C_bar_J, R_bar_V = C_bar @ J, variance_bar[:, None] * V
         if self.pairs is not None:
-            taken += (bar - np.diag(diagonal)) @ own
-        jacobian_total = jacobian_bar + 2.0 * (turned - taken) @ self.covariance
-        s_bar = jacobian.T @ turned - own.T @ taken
+            R_bar_V += between_bar @ V
+        V_bar = jacobian_bar + 2.0 * (C_bar_J - R_bar_V) @ self.covariance
+        S_bar = J.T @ C_bar_J - V.T @ R_bar_V
         m_bar = self.prior_mean.T @ mean_bar
         if self.pairs is not None:
-            between = bar - np.diag(np.diagonal(bar))
-            mean_bar = mean_bar - 2.0 * between @ self.outputs.mean
-            m_part, s_part = self.pairs.pullback(between)
-            m_bar, s_bar = m_bar + m_part, s_bar + s_part
-        for m_part, s_part in self._pull_outputs(mean_bar, jacobian_total, variance_bar):
-            m_bar, s_bar = m_bar + m_part, s_bar + s_part
-        return m_bar, symmetric(s_bar)
-
-    def _pull_outputs(
-        self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
-    ) -> list[tuple[Array, Array]]:
-        """Return the pullback of each group of outputs."""
-
-        def pull(part: tuple[slice, OutputMoments]) -> tuple[Array, Array]:
-            which, group = part
-            return group.pullback(mean_bar[which], jacobian_bar[which], variance_bar[which])
-
-        parts = list(zip(self.posterior.groups, self.outputs.groups, strict=True))
-        with one_blas_thread():
-            return run_parallel(pull, parts, self.threads)
+            mean_bar = mean_bar - 2.0 * between_bar @ self.outputs.mean
+            m_part, S_part = self.pairs.pullback(between_bar)
+            m_bar, S_bar = m_bar + m_part, S_bar + S_part
+        for m_part, S_part in self.outputs.pullback(mean_bar, V_bar, variance_bar, self.threads):
+            m_bar, S_bar = m_bar + m_part, S_bar + S_part
+        return m_bar, symmetric(S_bar)
 
 
 def _remainder(
@@ -160,28 +213,6 @@ def _remainder(
         return np.diag(diagonal), above
     covariances = pairs.products - np.outer(outputs.mean, outputs.mean)
     return _definite(covariances - explained, diagonal, posterior), above
-
-
-def _all_outputs(
-    posterior: Posterior,
-    displacements: Task[Displacements],
-    covariance: Array,
-    gradient: bool,
-    threads: int,
-) -> _Outputs:
-    groups = run_parallel(
-        lambda group: output_moments(
-            posterior, group, displacements, covariance, gradient, threads
-        ),
-        posterior.groups,
-        threads,
-    )
-    return _Outputs(
-        groups,
-        np.concatenate([group.mean for group in groups]),
-        np.concatenate([group.jacobian for group in groups]),
-        np.concatenate([group.variance for group in groups]),
-    )
 
 
 def _definite(remainder: Array, diagonal: Array, posterior: Posterior) -> Array:

@@ -29,14 +29,47 @@ import numpy as np
 
 from irlpilco_ros.learning.gp.posterior import Posterior
 from irlpilco_ros.learning.moments.displacements import Displacements
+from irlpilco_ros.learning.moments.pair_blocks import (
+    cached_parts,
+    clipped_exp,
+    column_strips,
+    lies_below,
+    pair_weights,
+)
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.linear_algebra import diagonals, regularised_inverse
 from irlpilco_ros.learning.numerics.threads import Task, one_blas_thread, run_later, scratch
 
-_CACHED_ELEMENTS = 450_000  # n x n values whose strips stay in the cache together
 
-SMALLEST_EXPONENT = -500.0
-"""Exponents are clipped here: exp(-500) is nothing, but denormal numbers are 20 times slower."""
+@dataclass(frozen=True)
+class OutputGroup:
+    """A group of b outputs of a posterior, as their moments need them.
+
+    Attributes:
+        which: Which outputs.
+        lengthscales_squared: Diagonal of Lambda, of shape (b, P).
+        signal_variance: s^2, of shape (b,).
+        weights: beta, of shape (b, n).
+        pair_weights: beta beta' - K^-1 in strips, see `pair_blocks.pair_weights`.
+    """
+
+    which: slice
+    lengthscales_squared: Array
+    signal_variance: Array
+    weights: Array
+    pair_weights: tuple[Array, ...]
+
+    @staticmethod
+    def of(posterior: Posterior, which: slice) -> OutputGroup:
+        """Prepare a group of outputs."""
+        weights = posterior.weights[which]
+        return OutputGroup(
+            which,
+            posterior.lengthscales_squared[which],
+            posterior.signal_variance[which],
+            weights,
+            pair_weights(weights, posterior.inverse[which]),
+        )
 
 
 @dataclass(frozen=True)
@@ -48,8 +81,8 @@ class OutputMoments:
         mean: M, of shape (b,).
         variance: v, of shape (b,).
         jacobian: V, of shape (b, P).
-        precision: P1, of shape (b, P, P).
-        shares: q, of shape (b, n).
+        P1: Of shape (b, P, P).
+        q: Of shape (b, n).
         square_derivatives: Those of sum Q; None without gradient.
     """
 
@@ -57,8 +90,8 @@ class OutputMoments:
     mean: Array
     variance: Array
     jacobian: Array
-    precision: Array
-    shares: Array
+    P1: Array
+    q: Array
     square_derivatives: Task[SquareDerivatives] | None
 
     def pullback(
@@ -72,19 +105,19 @@ class OutputMoments:
         of which the symmetric part counts.
         """
         assert self.square_derivatives is not None
-        sides = np.matmul(self.precision, jacobian_bar[:, :, None])[:, :, 0]
-        along = self.displacements.linear_forms(sides)
-        along += (mean_bar - 2.0 * variance_bar * self.mean)[:, None]
-        along *= self.shares
-        flat = self.precision.reshape(-1, sides.shape[1])
-        m_bar = self.displacements.first_moments(along).ravel() @ flat - self.mean @ sides
-        moment = self.displacements.second_moments(along)
-        s_bar = (self.precision @ (moment @ self.precision)).sum(axis=0)
-        s_bar -= _weighted_sum(along.sum(axis=1), self.precision)
-        s_bar *= 0.5
-        s_bar -= sides.T @ self.jacobian
-        squares_mean, squares_covariance = self.square_derivatives.result().pullback(variance_bar)
-        return m_bar + squares_mean, s_bar + squares_covariance
+        P1 = self.P1
+        P1_V_bar = np.matmul(P1, jacobian_bar[:, :, None])[:, :, 0]
+        qg = self.displacements.linear_forms(P1_V_bar)
+        qg += (mean_bar - 2.0 * variance_bar * self.mean)[:, None]
+        qg *= self.q
+        P1_rows = P1.reshape(-1, P1.shape[2])
+        m_bar = self.displacements.first_moments(qg).ravel() @ P1_rows - self.mean @ P1_V_bar
+        S_bar = (P1 @ (self.displacements.second_moments(qg) @ P1)).sum(axis=0)
+        S_bar -= _weighted_sum(qg.sum(axis=1), P1)
+        S_bar *= 0.5
+        S_bar -= P1_V_bar.T @ self.jacobian
+        squares_m_bar, squares_S_bar = self.square_derivatives.result().pullback(variance_bar)
+        return m_bar + squares_m_bar, S_bar + squares_S_bar
 
 
 @dataclass(frozen=True)
@@ -111,8 +144,7 @@ def _weighted_sum(weights: Array, stack: Array) -> Array:
 
 
 def output_moments(
-    posterior: Posterior,
-    group: slice,
+    group: OutputGroup,
     all_displacements: Task[Displacements],
     covariance: Array,
     gradient: bool,
@@ -121,8 +153,7 @@ def output_moments(
     """Return means and variances of a group of outputs for an input N(m, covariance).
 
     Args:
-        posterior: Of all outputs.
-        group: Which outputs.
+        group: The outputs.
         all_displacements: Of the supporting points from m: one of the threads makes them while
             others begin with the inverses.
         covariance: S, of shape (P, P).
@@ -134,31 +165,27 @@ def output_moments(
         NumericalError: if the covariance is indefinite.
     """
     all_displacements.run()
-    squares = posterior.lengthscales_squared[group]
+    squares = group.lengthscales_squared
     count = len(squares)
-    precisions, log_determinants = regularised_inverse(
+    inverses, log_determinants = regularised_inverse(
         covariance, np.concatenate([squares, 0.5 * squares])
     )
-    precisions[count:] *= 0.5
-    precision = precisions[:count]
-    displacements = all_displacements.result().select(group)
-    forms = displacements.quadratic_forms(precision)
-    log_signal = np.log(posterior.signal_variance[group])
+    P1, P2 = inverses[:count].copy(), inverses[count:]  # a copy outlives the rest
+    P2 *= 0.5
+    displacements = all_displacements.result().select(group.which)
+    log_signal = np.log(group.signal_variance)
 
-    exponents = -0.5 * forms
+    exponents = -0.5 * displacements.quadratic_forms(P1)
     exponents += (log_signal - 0.5 * log_determinants[:count])[:, None]
-    np.maximum(exponents, SMALLEST_EXPONENT, out=exponents)
-    shares = posterior.weights[group] * np.exp(exponents)
-    mean = shares.sum(axis=1)
-    jacobian = (precision @ displacements.first_moments(shares)[:, :, None])[:, :, 0]
+    q = group.weights * clipped_exp(exponents)
+    mean = q.sum(axis=1)
+    jacobian = (P1 @ displacements.first_moments(q)[:, :, None])[:, :, 0]
 
     offsets = log_signal - 0.25 * log_determinants[count:]
-    squares_of = _PairSums.of(
-        posterior, group, displacements, precisions[count:], offsets, gradient
-    )
-    variance = squares_of.total + posterior.signal_variance[group] - mean**2
-    derivatives = run_later(squares_of.derivatives, threads) if gradient else None
-    return OutputMoments(displacements, mean, variance, jacobian, precision, shares, derivatives)
+    sums = _PairSums.of(group, displacements, P2, offsets, gradient)
+    variance = sums.total + group.signal_variance - mean**2
+    derivatives = run_later(sums.derivatives, threads) if gradient else None
+    return OutputMoments(displacements, mean, variance, jacobian, P1, q, derivatives)
 
 
 @dataclass(frozen=True)
@@ -167,7 +194,7 @@ class _PairSums:
 
     Attributes:
         displacements: Of the supporting points from the input's mean.
-        precision: P2, of shape (b, P, P).
+        P2: Of shape (b, P, P).
         total: sum Q, of shape (b,).
         rows: The computed part of Q times 1, of shape (b, n).
         products: [Z'; 1'] times the computed part of Q, of shape (b, P + 1, n); empty without
@@ -175,88 +202,75 @@ class _PairSums:
     """
 
     displacements: Displacements
-    precision: Array
+    P2: Array
     total: Array
     rows: Array
     products: Array
 
     @staticmethod
     def of(
-        posterior: Posterior,
-        group: slice,
-        displacements: Displacements,
-        precision: Array,
-        offsets: Array,
-        gradient: bool,
+        group: OutputGroup, displacements: Displacements, P2: Array, offsets: Array, gradient: bool
     ) -> _PairSums:
         """Return the sums, given P2 and log s^2 - 1/4 log|I + 2S/Lambda|."""
         left, right, clip = _exponent_factors(
-            1.0 / posterior.lengthscales_squared[group], displacements, precision, offsets
+            1.0 / group.lengthscales_squared, displacements, P2, offsets
         )
-        count, size = precision.shape[:2]
+        count, size = P2.shape[:2]
         n = left.shape[2]
         rows = np.zeros((count, n))
         products = np.empty((count, size + 1, n if gradient else 0))
-        strips = zip(posterior.strips, posterior.pair_weights, strict=True)
-        for part, ((start, stop), weights) in itertools.product(cached_parts(count, n), strips):
+        strips = zip(column_strips(n), group.pair_weights, strict=True)
+        for part, (columns, weights) in itertools.product(cached_parts(count, n), strips):
             # The strip's columns, and all rows down to its last column's.
-            turned = np.swapaxes(left[part, :, :stop], 1, 2)
-            pairs = scratch("pairs", (len(turned), stop, stop - start))
-            np.matmul(turned, right[part, :, start:stop], out=pairs)
-            if clip:
-                np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
-            np.exp(pairs, out=pairs)
-            pairs *= weights[group][part]
-            rows[part, :stop] += pairs @ np.ones(stop - start)
+            stop, width = columns.stop, columns.stop - columns.start
+            left_rows = np.swapaxes(left[part, :, :stop], 1, 2)
+            Q = scratch("pairs", (len(left_rows), stop, width))
+            np.matmul(left_rows, right[part, :, columns], out=Q)
+            clipped_exp(Q, clip)
+            Q *= weights[part]
+            rows[part, :stop] += Q @ np.ones(width)
             if gradient:
                 z = displacements.select(part).z[:, :, :stop]
-                np.matmul(z, pairs, out=products[part, :, start:stop])
-        return _PairSums(displacements, precision, rows.sum(axis=1), rows, products)
+                np.matmul(z, Q, out=products[part, :, columns])
+        return _PairSums(displacements, P2, rows.sum(axis=1), rows, products)
 
     def derivatives(self) -> SquareDerivatives:
         """Return the derivatives of the total."""
-        size = self.precision.shape[1]
+        size = self.P2.shape[1]
         with one_blas_thread():
             # Half of what is above a strip's diagonal block belongs to its mirror image.
-            rows = 0.5 * (self.rows + self.products[:, size])
+            r = 0.5 * (self.rows + self.products[:, size])
             products = self.products[:, :size]
             weighted = scratch("weighted", products.shape)
-            np.multiply(self.displacements.z[:, :size], rows[:, None], out=weighted)
+            np.multiply(self.displacements.z[:, :size], r[:, None], out=weighted)
             weighted += products
             moment = weighted @ self.displacements.rows
-            by_covariance = self.precision @ (moment @ self.precision)
-            by_covariance -= self.total[:, None, None] * self.precision
-            by_mean = self.precision @ self.displacements.first_moments(rows)[:, :, None]
+            by_covariance = self.P2 @ (moment @ self.P2)
+            by_covariance -= self.total[:, None, None] * self.P2
+            by_mean = self.P2 @ self.displacements.first_moments(r)[:, :, None]
         return SquareDerivatives(2.0 * by_mean[:, :, 0], by_covariance)
 
 
-def cached_parts(count: int, n: int) -> list[slice]:
-    """Cut a stack of n x n matrices into parts that fit into the cache, a strip at a time."""
-    step = max(1, _CACHED_ELEMENTS // n**2)
-    return [slice(start, min(start + step, count)) for start in range(0, count, step)]
-
-
 def _exponent_factors(
-    inverse_squares: Array, displacements: Displacements, precision: Array, offsets: Array
+    inverse_squares: Array, displacements: Displacements, P2: Array, offsets: Array
 ) -> tuple[Array, Array, bool]:
     """Return [GZ'; e; 1] and [Z'; 1; e], whose product is e_i + e_j + z_i'G z_j.
 
-    The third value says whether an exponent may lie below the smallest; G >= 0 bounds them.
+    The third value says whether an exponent may have to be clipped; G >= 0 bounds them.
     """
-    count, size = precision.shape[:2]
+    count, size = P2.shape[:2]
     z = displacements.z
-    g = -0.5 * precision
-    diagonals(g)[...] += 0.5 * inverse_squares
+    G = -0.5 * P2
+    diagonals(G)[...] += 0.5 * inverse_squares
     shape = (count, size + 2, z.shape[2])
     left, right = scratch("left", shape), scratch("right", shape)
-    turned = np.matmul(g, z[:, :size], out=left[:, :size])
-    forms = np.multiply(turned, z[:, :size], out=right[:, :size]).sum(axis=1)  # z_i'G z_i
+    Gz = np.matmul(G, z[:, :size], out=left[:, :size])
+    zGz = np.multiply(Gz, z[:, :size], out=right[:, :size]).sum(axis=1)
     distances = displacements.scaled_distances(inverse_squares)
-    exponents = 0.5 * (forms - distances)
-    exponents += offsets[:, None]
-    left[:, size] = exponents
+    e = 0.5 * (zGz - distances)
+    e += offsets[:, None]
+    left[:, size] = e
     left[:, size + 1] = 1.0
     right[:, : size + 1] = z
-    right[:, size + 1] = exponents
-    clip = bool(2.0 * offsets.min() - distances.max() < SMALLEST_EXPONENT)
-    return left, right, clip
+    right[:, size + 1] = e
+    return left, right, lies_below(2.0 * offsets.min() - distances.max())

@@ -22,9 +22,15 @@ from numpy.typing import NDArray
 
 from irlpilco_ros.learning.gp.posterior import Posterior
 from irlpilco_ros.learning.moments.displacements import Displacements, pack, unpack
-from irlpilco_ros.learning.moments.output_moments import SMALLEST_EXPONENT, cached_parts
+from irlpilco_ros.learning.moments.pair_blocks import (
+    cached_parts,
+    clipped_exp,
+    column_strips,
+    lies_below,
+)
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.linear_algebra import diagonals, regularised_inverse
+from irlpilco_ros.learning.numerics.sharing import even_slices
 from irlpilco_ros.learning.numerics.threads import run_parallel, scratch
 
 _BLOCK_ELEMENTS = 2_000_000  # most n x n values of the pairs that are worked on together
@@ -88,6 +94,7 @@ def all_pairs(
     displacements: Displacements,
     covariance: Array,
     gradient: bool,
+    sharers: int,
     threads: int,
 ) -> PairMoments:
     """Return the exact mean products of all pairs of outputs, with their derivatives if wanted.
@@ -97,6 +104,7 @@ def all_pairs(
         displacements: Of the supporting points from the input's mean.
         covariance: Covariance of the input, of shape (P, P).
         gradient: False leaves the derivatives empty.
+        sharers: Among how many threads the work could be shared: each gets as many blocks.
         threads: How many threads may work.
     """
     first, second = np.triu_indices(posterior.outputs, k=1)
@@ -116,12 +124,9 @@ def all_pairs(
             posterior, covariance, block, by_mean[part], by_covariance[part], gradient
         )
 
-    sharers = len(posterior.groups)  # as many blocks for each
     elements = len(first) * posterior.weights.shape[1] ** 2
     blocks = sharers * max(1, math.ceil(elements / (sharers * _BLOCK_ELEMENTS)))
-    edges = np.linspace(0, len(first), blocks + 1).astype(int)
-    parts = [slice(start, stop) for start, stop in itertools.pairwise(edges) if start < stop]
-    run_parallel(one_block, parts, threads)
+    run_parallel(one_block, even_slices(len(first), blocks), threads)
     result = np.zeros((posterior.outputs, posterior.outputs))
     result[first, second] = values
     result[second, first] = values
@@ -171,17 +176,14 @@ def _products(
     rows = np.zeros((count, n))
     products = scratch("products", (count, height - 1, n))
     weighted = block.z_a.z * weights_a[:, None, :] if gradient else products
-    for part, strip in itertools.product(cached_parts(count, n), posterior.strips):
-        columns = slice(*strip)
-        turned = np.swapaxes(left[part], 1, 2)
-        pairs = scratch("pairs", (len(turned), n, columns.stop - columns.start))
-        np.matmul(turned, right[part, :, columns], out=pairs)
-        if clip:
-            np.maximum(pairs, SMALLEST_EXPONENT, out=pairs)
-        np.exp(pairs, out=pairs)
-        rows[part] += (pairs @ weights_b[part, columns, None])[:, :, 0]
+    for part, columns in itertools.product(cached_parts(count, n), column_strips(n)):
+        left_rows = np.swapaxes(left[part], 1, 2)
+        Q = scratch("pairs", (len(left_rows), n, columns.stop - columns.start))
+        np.matmul(left_rows, right[part, :, columns], out=Q)
+        clipped_exp(Q, clip)
+        rows[part] += (Q @ weights_b[part, columns, None])[:, :, 0]
         if gradient:
-            np.matmul(weighted[part], pairs, out=products[part, :, columns])
+            np.matmul(weighted[part], Q, out=products[part, :, columns])
     rows *= weights_a
     if gradient:
         products *= weights_b[:, None, :]
@@ -193,7 +195,7 @@ def _exponent_factors(
 ) -> tuple[Array, Array, bool]:
     """Return [D_b T D_a Z'; e_a; 1] and [Z'; 1; e_b]: z_i'D_a T D_b z_j + e_ai + e_bj.
 
-    The third value says whether an exponent may lie below the smallest; T >= 0 bounds them.
+    The third value says whether an exponent may have to be clipped; T >= 0 bounds them.
     """
     t = -inverse[:, :, None] * k * inverse[:, None, :]
     count, size = inverse.shape
@@ -219,7 +221,7 @@ def _exponent_factors(
     )
     left[:, size], left[:, size + 1] = factors[0], 1.0
     right[:, : size + 1], right[:, size + 1] = block.z_b.z, factors[1]
-    return left, right, bool(lowest < SMALLEST_EXPONENT)
+    return left, right, lies_below(lowest)
 
 
 def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]:

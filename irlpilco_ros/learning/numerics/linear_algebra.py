@@ -21,18 +21,8 @@ _one_at_a_time = threading.Lock()  # calls as short as an inversion's fight for 
 _SMALL = 12  # triangles of up to this size are LAPACK's, which has no special way with them
 _WORTH_SPLITTING = 48  # triangles of up to this size are rather padded than split
 _PADDING = 1.2  # larger ones too, to at most this times their size
-_WORTH_SHARING = 160  # rows of a matrix
 _FIRST_JITTER = 1e-10
 _LAST_JITTER = 1e-2
-
-
-def useful_threads(n: int, threads: int) -> int:
-    """Return how many threads are worth using when each works on n x n matrices, one at a time.
-
-    Smaller ones keep numpy so briefly that threads wait for each other's interpreter lock longer
-    than they work (measured: training on 64 points takes two threads twice as long as one).
-    """
-    return threads if n >= _WORTH_SHARING else 1
 
 
 def triangular_inverse(factor: Array) -> Array:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.posterior import Posterior, condition
 from irlpilco_ros.learning.gp.sparse import condition_sparse, spread_points
+from irlpilco_ros.learning.gp.training import maximise_evidence
 from irlpilco_ros.learning.moments.gaussian import Moments, Pullback
-from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation, match_moments
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation, MomentMatching
 from irlpilco_ros.learning.numerics.arrays import Array
 
 MAX_EXACT_POINTS = 300
@@ -43,6 +47,54 @@ class DynamicsModel:
     threads: int = 1
 
     @staticmethod
+    def train(
+        inputs: Array,
+        targets: Array,
+        prior_mean: Array | None = None,
+        warm_start: Hyperparameters | None = None,
+        threads: int = 2,
+        progress: Callable[[float], None] | None = None,
+        max_evaluations: int = 300,
+        max_exact_points: int = MAX_EXACT_POINTS,
+        hyperprior: HyperpriorName = "pilco",
+    ) -> DynamicsModel:
+        """Return the model of most evidence.
+
+        Args:
+            inputs: [state, control], of shape (n, P).
+            targets: Changes of the state, of shape (n, E).
+            prior_mean: A of the linear prior mean, of shape (E, P); None for a zero mean.
+            warm_start: As `maximise_evidence`, like what follows.
+            threads: How many threads may work, now and in predictions.
+            progress: Told the fraction done.
+            max_evaluations: Of the evidence, for each search.
+            max_exact_points: With more points than this, the hyperparameters come from this many
+                points, evenly spread over the data in their order, and the model is sparse: see
+                `condition`.
+            hyperprior: On the hyperparameters, before any data.
+
+        Raises:
+            InvalidSettingError: if shapes disagree or the data are not finite.
+            NumericalError: if no positive-definite kernel matrix can be found.
+        """
+        shape = (targets.shape[-1], inputs.shape[-1])
+        prior = np.zeros(shape) if prior_mean is None else prior_mean
+        residuals = _residuals(inputs, targets, prior)
+        hyperparameters = maximise_evidence(
+            inputs,
+            residuals,
+            hyperprior,
+            warm_start,
+            max_exact_points,
+            max_evaluations,
+            threads,
+            progress,
+        )
+        return DynamicsModel.condition(
+            inputs, targets, hyperparameters, prior, threads, max_exact_points
+        )
+
+    @staticmethod
     def condition(
         inputs: Array,
         targets: Array,
@@ -69,8 +121,7 @@ class DynamicsModel:
         """
         shape = hyperparameters.log_lengthscales.shape
         prior = np.zeros(shape) if prior_mean is None else prior_mean
-        check_data(inputs, targets, prior)
-        residuals = targets - inputs @ prior.T
+        residuals = _residuals(inputs, targets, prior)
         notes: tuple[str, ...] = ()
         if len(inputs) <= max_exact_points:
             posterior = condition(inputs, residuals, hyperparameters, threads)
@@ -114,13 +165,15 @@ class DynamicsModel:
         Raises:
             NumericalError: if the input is not finite or its covariance is indefinite.
         """
-        return match_moments(
-            self.posterior, self.prior_mean, mean, covariance, approximation, gradient, self.threads
-        )
+        return self._moment_matching.moments(mean, covariance, approximation, gradient)
+
+    @cached_property
+    def _moment_matching(self) -> MomentMatching:
+        return MomentMatching(self.posterior, self.prior_mean, self.threads)
 
 
-def check_data(inputs: Array, targets: Array, prior_mean: Array) -> None:
-    """Refuse training data that no model can be made of.
+def _residuals(inputs: Array, targets: Array, prior_mean: Array) -> Array:
+    """Return what the prior mean leaves over; refuse data that no model can be made of.
 
     Raises:
         InvalidSettingError: says which array has which shape, or where it is not finite.
@@ -141,3 +194,4 @@ def check_data(inputs: Array, targets: Array, prior_mean: Array) -> None:
                 f"training {name} hold {array[row, column]} in row {row}, column {column}; "
                 f"expected finite numbers up to {_LARGEST:g}: drop that sample"
             )
+    return targets - inputs @ prior_mean.T

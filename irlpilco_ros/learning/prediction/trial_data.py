@@ -6,11 +6,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from irlpilco_ros.learning.gp.dynamics_model import DynamicsModel
-from irlpilco_ros.learning.gp.hyperprior import Hyperprior
+from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.gp.training import train
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
 
@@ -25,7 +24,7 @@ def train_on_trials(
     warm_start: Hyperparameters | None,
     threads: int,
     progress: Callable[[float], None] | None = None,
-    hyperprior: Hyperprior = "pilco",
+    hyperprior: HyperpriorName = "pilco",
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
 
@@ -36,11 +35,11 @@ def train_on_trials(
         warm_start: Hyperparameters to start from; None for the scales of the data.
         threads: Has no influence on the result.
         progress: Told the fraction that is done.
-        hyperprior: What is believed of the hyperparameters before any data.
+        hyperprior: On the hyperparameters, before any data.
     """
     views = [layout.dynamics_view(trial.states[:-1]) for trial in trials]
     pairs = [np.hstack([view, trial.controls]) for view, trial in zip(views, trials, strict=True)]
-    return train(
+    return DynamicsModel.train(
         np.vstack(pairs),
         np.vstack([layout.targets(trial.states) for trial in trials]),
         prior_mean=prior_mean,
