@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import OpenLoopPolicy
 
 CONTROLLER = "irlpilco_ros.nodes.controller"
@@ -25,7 +26,8 @@ ROBOT = {
 
 def table(*rows):
     """A policy that sends these rows, joints in order."""
-    return policy_to_parameters(OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4), JOINTS)
+    policy = OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4)
+    return policy_to_parameters(policy, Joints(tuple(JOINTS)))
 
 
 MOVING = table(*[[0.1, -0.2]] * HORIZON)
