@@ -10,6 +10,7 @@ from irlpilco_ros.learning.policies import OpenLoopPolicy
 
 CONTROLLER = "irlpilco_ros.nodes.controller"
 JOINTS = ["elbow", "wrist"]
+ROLES = Joints(tuple(JOINTS))
 HORIZON = 4
 PERIOD = 0.1
 ROBOT = {
@@ -26,8 +27,7 @@ ROBOT = {
 
 def table(*rows):
     """A policy that sends these rows, joints in order."""
-    policy = OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4)
-    return policy_to_parameters(policy, Joints(tuple(JOINTS)))
+    return policy_to_parameters(OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4), ROLES)
 
 
 MOVING = table(*[[0.1, -0.2]] * HORIZON)
