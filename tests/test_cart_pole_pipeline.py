@@ -75,7 +75,7 @@ def test_the_nodes_of_the_sweep_serve_a_cart_pole(ros, tmp_path):
             "run_directory": str(tmp_path / "run"),
             "demonstration": str(demonstration),
             "evaluations": 5,
-            "race": 0,
+            "screening_evaluations": 0,
         },
         files=[ROBOT, CONFIG / "swing_up.yaml"],
         wait=False,

@@ -5,7 +5,6 @@ python tools/parameter_tables.py
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import sys
 from collections.abc import Iterator
@@ -19,6 +18,7 @@ from irlpilco_ros.control.controller_settings import ControllerSettings  # noqa:
 from irlpilco_ros.experience.policy_file import PREFIX, parameter_types  # noqa: E402
 from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
 from irlpilco_ros.learning.learning_settings import LearningSettings  # noqa: E402
+from irlpilco_ros.learning.settings import Declaration, declarations  # noqa: E402
 from irlpilco_ros.nodes.demonstration_recorder import RecorderSettings  # noqa: E402
 from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
 from irlpilco_ros.ros.policy_parameters import _DESCRIPTIONS  # noqa: E402
@@ -68,7 +68,7 @@ def section(node: str) -> str:
         "",
         "| name | default | range | meaning |",
         "|---|---|---|---|",
-        *(row(field) for cls in SETTINGS[node] for field in dataclasses.fields(cls)),
+        *(row(each) for cls in SETTINGS[node] for each in declarations(cls).values()),
         "",
     ]
     if node == "controller":
@@ -76,12 +76,13 @@ def section(node: str) -> str:
     return "\n".join(lines)
 
 
-def row(field: dataclasses.Field[Any]) -> str:
+def row(declared: Declaration) -> str:
     """Return a parameter as a line of its table."""
-    unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
-    fixed = " Read-only." if field.metadata["read_only"] else ""
-    meaning = f"{field.metadata['description']}{unit}{fixed}"
-    return f"| `{field.name}` | {shown(field.default)} | {', '.join(span(field))} | {meaning} |"
+    unit = f" [{declared.unit}]" if declared.unit else ""
+    fixed = " Read-only." if declared.read_only else ""
+    meaning = f"{declared.description}{unit}{fixed}"
+    limits = ", ".join(span(declared))
+    return f"| `{declared.name}` | {shown(declared.default)} | {limits} | {meaning} |"
 
 
 def policy_rows() -> Iterator[str]:
@@ -100,10 +101,10 @@ def shown(value: Any) -> str:
     return f"`{str(value).lower() if isinstance(value, bool) else value}`"
 
 
-def span(field: dataclasses.Field[Any]) -> Iterator[str]:
+def span(declared: Declaration) -> Iterator[str]:
     """Yield the limits of a value, or the words that are allowed."""
-    yield from (f"`{choice}`" for choice in field.metadata["choices"])
-    low, high = field.metadata["minimum"], field.metadata["maximum"]
+    yield from (f"`{choice}`" for choice in declared.choices)
+    low, high = declared.minimum, declared.maximum
     if low is not None or high is not None:
         yield f"{-math.inf if low is None else low:g} to {math.inf if high is None else high:g}"
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from pathlib import Path
 
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.settings import declarations
 from irlpilco_ros.resources import config_file
 
 
@@ -39,9 +39,7 @@ def read_settings(arguments: argparse.Namespace) -> tuple[RobotSettings, Learnin
     robot_path, learning_path = settings_paths(arguments)
     robot = load_parameters_file(robot_path, "learner")
     learning = load_parameters_file(learning_path, "learner")
-    valid = {
-        field.name for cls in (RobotSettings, LearningSettings) for field in dataclasses.fields(cls)
-    }
+    valid = {*declarations(RobotSettings), *declarations(LearningSettings)}
     unknown = sorted(set(learning) - valid)
     if unknown:
         raise InvalidSettingError(

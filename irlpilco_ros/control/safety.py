@@ -102,7 +102,7 @@ def check_policy(robot: RobotSettings, policy: Policy, joints: Joints) -> None:
     if excess.size:
         joint = int(excess[0])
         raise InvalidSettingError(
-            f"policy.velocity_limit of joint {joints.commanded[joint]} is "
+            f"policy.control_limit of joint {joints.commanded[joint]} is "
             f"{policy.control_limit[joint]:g}; expected at most the robot's limit "
             f"{robot.control_limit[joint]:g}"
         )

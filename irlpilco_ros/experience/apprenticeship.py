@@ -7,7 +7,6 @@ Neither the robot nor ROS is in here: the learner node runs the trials between `
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,6 +32,7 @@ from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.settings import values_of
 from irlpilco_ros.learning.task import Task
 
 WITHOUT_EFFECT = ("threads",)
@@ -115,7 +115,7 @@ def joint_rmse(task: Task, trial: Rollout, robot: RobotSettings) -> float:
 
 def configuration(robot: RobotSettings, settings: LearningSettings) -> dict[str, Any]:
     """Return everything that the results of a run depend on, but for demonstration and trials."""
-    values = {**dataclasses.asdict(robot), **dataclasses.asdict(settings)}
+    values = {**values_of(robot), **values_of(settings)}
     return {key: value for key, value in values.items() if key not in WITHOUT_EFFECT}
 
 
@@ -247,7 +247,7 @@ class Apprenticeship:
         start = {"start_position": parameters["start_position"]}
         robot = {
             name: value
-            for name, value in dataclasses.asdict(self._robot).items()
+            for name, value in values_of(self._robot).items()
             if value != ()  # an empty list in a parameter file has no type
         }
         return {**robot, **start}

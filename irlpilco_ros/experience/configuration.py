@@ -11,6 +11,9 @@ import yaml
 
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.renamed import under_new_names
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.settings import declarations
 
 _ABSENT = "not there"
 
@@ -22,7 +25,7 @@ def write_configuration(path: Path, configuration: Mapping[str, Any]) -> None:
 
 
 def read_configuration(path: Path) -> dict[str, Any]:
-    """Return a configuration.
+    """Return a configuration, under the names that its keys have now.
 
     Raises:
         RunDirectoryError: the file is not there or holds no keys.
@@ -33,12 +36,20 @@ def read_configuration(path: Path) -> dict[str, Any]:
         raise RunDirectoryError(f"{path.parent} is no run directory: {error}") from error
     if not isinstance(content, dict):
         raise RunDirectoryError(f"{path} holds no keys")
-    return content
+    return under_new_names(content)
 
 
 def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Return one phrase for every key that differs: which, what it was and what it is now."""
-    old, new = _plain(before), _plain(now)
+    """Return one phrase for every key that differs: which, what it was and what it is now.
+
+    Settings of extensions (with a dot in their name) come and go with what is installed: one that
+    is not there any more had no say, one that was not there yet had its default.
+    """
+    old, new = _plain(under_new_names(before)), _plain(now)
+    defaults = {name: each.default for name, each in declarations(LearningSettings).items()}
+    old = {key: value for key, value in old.items() if key in new or "." not in key}
+    for key in (key for key in new if "." in key and key not in old):
+        old[key] = _plain(defaults.get(key, new[key]))
     return [
         f"{key} was {old.get(key, _ABSENT)}, now {new.get(key, _ABSENT)}"
         for key in sorted({*old, *new})

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-import typing
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import yaml
 
+from irlpilco_ros.experience.renamed import under_new_names
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.settings import from_values
 
 SettingsT = TypeVar("SettingsT")
 
@@ -19,7 +19,8 @@ def load_parameters_file(path: Path | str, node_name: str) -> dict[str, Any]:
     """Read the parameters that a node of this name gets from a ROS 2 parameter file.
 
     Sections apply as in ROS: `/**` first, then `/**/NODE` and `NODE` (also `/NODE`), later ones
-    overriding. Nested keys are joined with dots: `policy: {kind: linear}` -> "policy.kind".
+    overriding. Nested keys are joined with dots: `policy: {kind: linear}` -> "policy.kind". Old
+    names become new ones (see `renamed`), with a warning.
 
     Raises:
         InvalidSettingError: the file is missing, is not YAML or is no parameter file.
@@ -43,7 +44,7 @@ def load_parameters_file(path: Path | str, node_name: str) -> dict[str, Any]:
         if not isinstance(content, dict) or "ros__parameters" not in content:
             raise InvalidSettingError(f"{path}: section '{section}' lacks 'ros__parameters:'")
         parameters.update(_flatten(content["ros__parameters"] or {}))
-    return parameters
+    return under_new_names(parameters, str(path))
 
 
 def settings_from_parameters(
@@ -60,33 +61,12 @@ def settings_from_parameters(
     Raises:
         InvalidSettingError: a value has the wrong type or is out of its range.
     """
-    hints = typing.get_type_hints(cls)
-    values = {
-        field.name: convert(prefix + field.name, parameters[prefix + field.name], hints[field.name])
-        for field in dataclasses.fields(cls)  # type: ignore[arg-type]
-        if prefix + field.name in parameters
+    own = {
+        name.removeprefix(prefix): value
+        for name, value in parameters.items()
+        if name.startswith(prefix)
     }
-    return cls(**values)
-
-
-def convert(name: str, value: Any, hint: Any) -> Any:
-    """Convert a YAML or ROS value to the annotated type of a settings field.
-
-    Raises:
-        InvalidSettingError: the value cannot be meant as that type.
-    """
-    if typing.get_origin(hint) is tuple:
-        if isinstance(value, str) or not hasattr(value, "__iter__"):
-            raise InvalidSettingError(f"parameter {name} is {value!r}; expected a list")
-        element_hint = typing.get_args(hint)[0]
-        return tuple(convert(name, element, element_hint) for element in value)
-    if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    if hint in (bool, int, str) and type(value) is hint:
-        return value
-    raise InvalidSettingError(
-        f"parameter {name} is {value!r} ({type(value).__name__}); expected {hint.__name__}"
-    )
+    return from_values(cls, own)
 
 
 def _flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -25,9 +25,6 @@ from irlpilco_ros.learning.policies import Policy
 PREFIX = "policy."
 SECTION = "/**/controller"
 
-# The one field with another name in public: on the robot the squashing's amplitude is a speed.
-_PUBLIC = {"control_limit": "velocity_limit"}
-_PRIVATE = {public: private for private, public in _PUBLIC.items()}
 # What a row of each matrix belongs to; from it and the length follows the shape.
 _ROW_PER_CONTROL = ("weights", "phase_weights")
 _COLUMN_PER_CONTROL = ("controls", "targets")
@@ -46,11 +43,11 @@ def parameter_types() -> dict[str, type]:
     Those of `names_parameters` are lists of names, every other list is one of numbers.
     """
     types: dict[str, type] = {f"{PREFIX}kind": str, **dict.fromkeys(names_parameters(), list)}
-    for kind in policies.KINDS.values():
+    for kind in policies.REGISTRY.classes():
         hints = typing.get_type_hints(kind)
         for field in dataclasses.fields(kind):
             hint = hints[field.name]
-            name = PREFIX + _PUBLIC.get(field.name, field.name)
+            name = PREFIX + field.name
             types[name] = hint if hint in (int, float) else list
     return types
 
@@ -77,7 +74,7 @@ def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
         if getattr(joints, field):
             parameters[PREFIX + name] = list(getattr(joints, field))
     for name, value in policy.to_arrays().items():
-        public = PREFIX + _PUBLIC.get(name, name)
+        public = PREFIX + name
         parameters[public] = np.asarray(value).ravel().tolist() if np.ndim(value) else value
     return parameters
 
@@ -105,10 +102,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
         joints = Joints(**lists)
     except InvalidSettingError as error:
         raise InvalidSettingError(f"{PREFIX}joints: {error}") from error
-    arrays = {
-        _PRIVATE.get(name, name): _shaped(_PRIVATE.get(name, name), value, joints)
-        for name, value in fields.items()
-    }
+    arrays = {name: _shaped(name, value, joints) for name, value in fields.items()}
     policy = policies.from_arrays(kind, arrays)
     _check_size(policy, joints)
     return policy, joints
@@ -165,9 +159,7 @@ def _shaped(name: str, value: Any, joints: Joints) -> Any:
     try:
         flat = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise InvalidSettingError(
-            f"{PREFIX}{_PUBLIC.get(name, name)} holds something else than numbers"
-        ) from None
+        raise InvalidSettingError(f"{PREFIX}{name} holds something else than numbers") from None
     controls, states = len(joints.commanded), joints.policy_size
     columns = {
         **dict.fromkeys(_ROW_PER_CONTROL, flat.size // controls),

@@ -66,7 +66,7 @@ class RobotSettings:
         "joints",
         "What a motion is compared with the demonstration by. joints: the joint positions; tools: "
         "where the simulated Baxter's dustpan and brush are.",
-        choices=REGISTRY.names(),
+        choices=REGISTRY.names,
     )
     reset_service: str = setting(
         "",

@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from irlpilco_ros.learning.imitation import REGISTRY
-from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning import imitation as imitations
+from irlpilco_ros.learning import policies
+from irlpilco_ros.learning.registry import Extension
+from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
+
+
+def _extensions() -> list[type[Extension]]:
+    return [*imitations.REGISTRY.classes(), *policies.REGISTRY.classes()]
 
 
 @dataclass(frozen=True)
 class LearningSettings:
-    """How to learn from a demonstration; the field names are the ROS parameters and YAML keys."""
+    """How to learn from a demonstration; the field names are the ROS parameters and YAML keys.
+
+    Settings of extensions are in `options`, named `<extension>.<setting>`, and ROS parameters of
+    just these names: `LearningSettings(policy="rbf", options={"rbf.count": 25})`.
+    """
 
     imitation: str = setting(
         "feature_matching",
         "What the robot imitates. feature_matching: the features at every step; "
         "feature_expectations: only their sum over the trial; trajectory_kl: their distribution "
         "over several demonstrations (choose optimiser: lbfgs with it).",
-        choices=REGISTRY.names(),
+        choices=imitations.REGISTRY.names,
     )
     prior_mean: str = setting(
         "velocity",
@@ -40,13 +52,10 @@ class LearningSettings:
     )
     policy: str = setting(
         "linear_phase",
-        "Kind of policy: linear with feed-forward over the trial, linear (thesis), or RBF.",
-        choices=("linear_phase", "linear", "rbf"),
+        "Kind of policy: linear with feed-forward over the trial, linear (thesis), RBF, or one of "
+        "another package.",
+        choices=policies.searchable,
     )
-    phase_count: int = setting(
-        16, "Number of feed-forward bumps over the trial (linear_phase).", minimum=1, maximum=1000
-    )
-    rbf_count: int = setting(10, "Number of radial basis functions (rbf).", minimum=1, maximum=1000)
     initial_policy: str = setting(
         "demonstration",
         "What the robot does in the first trial. demonstration: it follows the demonstration's "
@@ -88,13 +97,6 @@ class LearningSettings:
         "whole trial at once. For ways of imitating step by step.",
         minimum=1,
         maximum=1000,
-    )
-    variance_weight: float = setting(
-        1.0,
-        "How much the predicted variance of a feature adds to its cost (lambda). 1: policies with "
-        "an uncertain prediction are avoided; 0: only the predicted mean counts (thesis).",
-        minimum=0.0,
-        maximum=1000.0,
     )
     discount: float = setting(
         1.0,
@@ -145,7 +147,11 @@ class LearningSettings:
         minimum=1,
         maximum=2,
     )
+    options: Mapping[str, Any] = extension_settings(_extensions)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "starts", tuple(self.starts))
         check(self)
+
+    def options_of(self, extension: type[Extension]) -> Any:
+        """Return the `Settings` of an extension, such as a kind of policy or a way of imitating."""
+        return options_of(self.options, extension)

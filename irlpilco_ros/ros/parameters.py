@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import typing
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
@@ -17,14 +16,9 @@ from rclpy.exceptions import ParameterUninitializedException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from irlpilco_ros.experience.parameters_file import (
-    convert,
-    load_parameters_file,
-    settings_from_parameters,
-)
+from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.learning.errors import InvalidSettingError
-
-__all__ = ["declare_settings", "load_parameters_file", "settings_from_parameters", "updated"]
+from irlpilco_ros.learning.settings import Declaration, declarations, from_values, values_of
 
 SettingsT = TypeVar("SettingsT")
 
@@ -51,7 +45,7 @@ def declare_settings(
     apply: Callable[[SettingsT], None] | None = None,
     check: Callable[[SettingsT], None] | None = None,
 ) -> SettingsT:
-    """Declare one parameter per field, with description, unit, range and choices, and read them.
+    """Declare one parameter per setting, with description, unit, range and choices, and read them.
 
     Args:
         node: The node that gets the parameters.
@@ -66,12 +60,11 @@ def declare_settings(
     Raises:
         InvalidSettingError: the values given at the start do not go together.
     """
-    hints = typing.get_type_hints(cls)
-    values: dict[str, Any] = {}
-    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-        name = prefix + field.name
-        values[field.name] = _declare(node, name, field, hints[field.name], apply is None)
-    settings = cls(**values)
+    values = {
+        name: _declare(node, prefix + name, declared, apply is None)
+        for name, declared in declarations(cls).items()
+    }
+    settings = from_values(cls, values)
     if check is not None:
         check(settings)
     if apply is not None:
@@ -85,30 +78,45 @@ def updated(settings: SettingsT, parameters: Iterable[Parameter], prefix: str = 
     Raises:
         InvalidSettingError: the outcome is not allowed.
     """
-    hints = typing.get_type_hints(type(settings))
+    declared = declarations(type(settings))
     changes = {
-        parameter.name.removeprefix(prefix): convert(
-            parameter.name, parameter.value, hints[parameter.name.removeprefix(prefix)]
-        )
+        parameter.name.removeprefix(prefix): parameter.value
         for parameter in parameters
-        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in hints
+        if parameter.name.startswith(prefix) and parameter.name.removeprefix(prefix) in declared
     }
-    return dataclasses.replace(settings, **changes)  # type: ignore[type-var]
+    return from_values(type(settings), {**values_of(settings), **changes})
 
 
-def _declare(
-    node: Node, name: str, field: dataclasses.Field[Any], hint: Any, read_only: bool
-) -> Any:
-    descriptor = _descriptor(field, hint, read_only)
-    is_empty = isinstance(field.default, tuple) and not field.default
+def given_under_old_name(node: Node, name: str) -> Any:
+    """Return what a node was started with under the old name of a parameter, with a warning.
+
+    Returns:
+        None if the parameter has no old name, or nothing was given under it.
+    """
+    for old in (old for old, new in RENAMED.items() if new == name):
+        # Declaring is the only public way to what a node was started with.
+        node.declare_parameter(old, None, ParameterDescriptor(dynamic_typing=True))
+        value = node.get_parameter(old).value
+        node.undeclare_parameter(old)
+        if value is not None:
+            node.get_logger().warning(advice(old))
+            return value
+    return None
+
+
+def _declare(node: Node, name: str, declared: Declaration, read_only: bool) -> Any:
+    descriptor = _descriptor(declared, read_only)
+    default = given_under_old_name(node, name)
+    if default is None:
+        default = declared.default
+    is_empty = isinstance(default, tuple | list) and not default
     # rclpy cannot tell the type of an empty list: declare the type alone then.
-    default = Parameter.Type(descriptor.type) if is_empty else field.default
-    node.declare_parameter(name, default, descriptor)
+    start = Parameter.Type(descriptor.type) if is_empty else default
+    node.declare_parameter(name, start, descriptor)
     try:
-        value = node.get_parameter(name).value
+        return node.get_parameter(name).value
     except ParameterUninitializedException:
-        return field.default
-    return convert(name, value, hint)
+        return default
 
 
 def _follow(
@@ -140,18 +148,17 @@ def _follow(
     node.add_post_set_parameters_callback(take_over)
 
 
-def _descriptor(field: dataclasses.Field[Any], hint: Any, read_only: bool) -> ParameterDescriptor:
-    metadata = field.metadata
-    is_array = typing.get_origin(hint) is tuple
-    element = typing.get_args(hint)[0] if is_array else hint
-    unit = f" [{metadata['unit']}]" if metadata["unit"] else ""
+def _descriptor(declared: Declaration, read_only: bool) -> ParameterDescriptor:
+    is_array = typing.get_origin(declared.hint) is tuple
+    element = typing.get_args(declared.hint)[0] if is_array else declared.hint
+    unit = f" [{declared.unit}]" if declared.unit else ""
     descriptor = ParameterDescriptor(
         type=(_ARRAY_TYPES if is_array else _SCALAR_TYPES)[element].value,
-        description=metadata["description"] + unit,
-        read_only=read_only or metadata["read_only"],
-        additional_constraints=_constraints(metadata),
+        description=declared.description + unit,
+        read_only=read_only or declared.read_only,
+        additional_constraints=_constraints(declared),
     )
-    low, high = metadata["minimum"], metadata["maximum"]
+    low, high = declared.minimum, declared.maximum
     if is_array or (low is None and high is None):
         return descriptor
     if element is int:
@@ -165,13 +172,13 @@ def _descriptor(field: dataclasses.Field[Any], hint: Any, read_only: bool) -> Pa
     return descriptor
 
 
-def _constraints(metadata: Any) -> str:
+def _constraints(declared: Declaration) -> str:
     """Say in words what descriptors have no field for: choices, ranges of array elements."""
     words = []
-    if metadata["choices"]:
-        words.append("one of: " + ", ".join(metadata["choices"]))
-    if metadata["minimum"] is not None:
-        words.append(f"at least {metadata['minimum']}")
-    if metadata["maximum"] is not None:
-        words.append(f"at most {metadata['maximum']}")
+    if declared.choices:
+        words.append("one of: " + ", ".join(declared.choices))
+    if declared.minimum is not None:
+        words.append(f"at least {declared.minimum}")
+    if declared.maximum is not None:
+        words.append(f"at most {declared.maximum}")
     return "; ".join(words)

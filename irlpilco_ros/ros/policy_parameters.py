@@ -16,9 +16,11 @@ from irlpilco_ros.experience.policy_file import (
     parameter_types,
     policy_from_parameters,
 )
+from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.ros.parameters import given_under_old_name
 
 _KIND = PREFIX + "kind"
 _DESCRIPTIONS = {
@@ -26,9 +28,10 @@ _DESCRIPTIONS = {
     "joints": "Joints that the policy sees: those of the controller, in the same order.",
     "unactuated_joints": "Those of them that the policy does not move.",
     "continuous_joints": "Those of them that it sees as sine and cosine instead of an angle.",
-    "velocity_limit": "Largest control of each joint, at most the robot's own. [rad/s]",
+    "control_limit": "Largest control of each joint, at most the robot's own limit: [rad/s], or "
+    "[Nm] ([N] if it slides) for a robot that takes efforts.",
     "horizon": "Number of control periods over which the phase features are spread.",
-    "controls": "Controls of each period, row by row. [rad/s]",
+    "controls": "Controls of each period, row by row: [rad/s], [Nm] or [N].",
     "state_size": "Number of state dimensions: positions and velocities of the joints.",
     "weights": "Gain of each joint's control on each state dimension, row by row.",
     "phase_weights": "Feed-forward of each joint on each phase feature, row by row.",
@@ -78,7 +81,9 @@ class PolicyParameters:
 
     def _declare(self, name: str, kind: type) -> None:
         descriptor = ParameterDescriptor(description=_DESCRIPTIONS[name.removeprefix(PREFIX)])
-        self._node.declare_parameter(name, _ros_type(name, kind), descriptor)
+        before = given_under_old_name(self._node, name)
+        start = _ros_type(name, kind) if before is None else before
+        self._node.declare_parameter(name, start, descriptor)
         value = _plain(self._node.get_parameter_or(name).value)
         if _is_given(value):
             self._values[name] = value
@@ -113,8 +118,10 @@ class PolicyParameters:
         for parameter in parameters:
             if not self._node.has_parameter(parameter.name):
                 known = ", ".join(self._types)
+                hint = f" ({advice(parameter.name)})" if parameter.name in RENAMED else ""
                 raise InvalidSettingError(
-                    f"parameter {parameter.name} does not exist; those of a policy are: {known}"
+                    f"parameter {parameter.name} does not exist{hint}; those of a policy are: "
+                    f"{known}"
                 )
 
     def _merged(self, parameters: Iterable[Parameter]) -> dict[str, Any]:

@@ -12,8 +12,8 @@ from irlpilco_ros.cli import main
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
-SETTINGS = LearningSettings(evaluations=6, phase_count=3)
-SETTINGS_FILE = "/**:\n  ros__parameters:\n    evaluations: 6\n    phase_count: 3\n"
+SETTINGS = LearningSettings(evaluations=6, options={"linear_phase.count": 3})
+SETTINGS_FILE = "/**:\n  ros__parameters:\n    evaluations: 6\n    linear_phase.count: 3\n"
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from irlpilco_ros.experience.errors import IncompleteTrialError, RunDirectoryErr
 from irlpilco_ros.experience.policy_file import policy_from_parameters, read_policy_file
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
-SETTINGS = LearningSettings(evaluations=8, phase_count=3)
+SETTINGS = LearningSettings(evaluations=8, options={"linear_phase.count": 3})
 
 
 @pytest.fixture(scope="module")
@@ -157,10 +157,34 @@ def test_cancelled_learning_leaves_nothing_behind(copy, reopen):
     assert sorted(path.name for path in copy.rglob("*")) == before
 
 
-@pytest.mark.parametrize("change", [{"phase_count": 4}, {"seed": 1}, {"optimiser": "lbfgs"}])
-def test_another_configuration_is_refused_by_name(copy, reopen, change):
-    with pytest.raises(RunDirectoryError, match=next(iter(change))):
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("linear_phase.count", {"options": {"linear_phase.count": 4}}),
+        ("seed", {"seed": 1}),
+        ("optimiser", {"optimiser": "lbfgs"}),
+    ],
+)
+def test_another_configuration_is_refused_by_name(copy, reopen, name, change):
+    with pytest.raises(RunDirectoryError, match=name):
         reopen(copy, settings=dataclasses.replace(SETTINGS, **change))
+
+
+def test_a_run_with_names_of_before_goes_on(copy, reopen):
+    policies = [f"policy_{number:03d}.yaml" for number in range(3)]
+    for name, new, old in [
+        ("config.yaml", "linear_phase.count", "phase_count"),
+        ("config.yaml", "rbf.count", "rbf_count"),
+        ("config.yaml", "feature_matching.variance_weight", "variance_weight"),
+        ("config.yaml", "imitation", "method"),
+        ("config.yaml", "screening_evaluations", "race"),
+        *((name, "control_limit", "velocity_limit") for name in policies),
+    ]:
+        text = (copy / name).read_text()
+        assert f"{new}:" in text
+        (copy / name).write_text(text.replace(f"{new}:", f"{old}:"))
+    drop_rows(copy, 1)  # trials that have to be recognised by their policies
+    assert reopen(copy).next_index == 3
 
 
 def test_the_number_of_threads_is_no_configuration(copy, reopen):

@@ -81,13 +81,13 @@ def test_settings_take_what_is_theirs_and_convert_it():
 @pytest.mark.parametrize(
     ("parameters", "reason"),
     [
-        ({"gain": "fast"}, "parameter gain is 'fast'"),
-        ({"gain": True}, "parameter gain is True"),
+        ({"gain": "fast"}, "Settings.gain is 'fast'"),
+        ({"gain": True}, "Settings.gain is True"),
         ({"gain": 6.0}, "expected at most 5"),
-        ({"count": 1.5}, "parameter count is 1.5"),
+        ({"count": 1.5}, "Settings.count is 1.5"),
         ({"names": "left"}, "expected a list"),
-        ({"limits": [1.0, "x"]}, "parameter limits is 'x'"),
-        ({"is_on": 1}, "parameter is_on is 1"),
+        ({"limits": [1.0, "x"]}, "Settings.limits is 'x'"),
+        ({"is_on": 1}, "Settings.is_on is 1"),
     ],
 )
 def test_wrong_types_and_ranges_are_refused_by_name(parameters, reason):

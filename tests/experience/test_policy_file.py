@@ -42,7 +42,7 @@ def same(left: policies.Policy, right: policies.Policy) -> bool:
     return left.kind == right.kind and all(np.array_equal(a[name], b[name]) for name in {*a, *b})
 
 
-@pytest.mark.parametrize("kind", policies.KINDS)
+@pytest.mark.parametrize("kind", policies.REGISTRY.names())
 def test_every_kind_survives_parameters_and_file_bit_by_bit(tmp_path, kind):
     policy = example(kind)
     parameters = policy_to_parameters(policy, ALL)
@@ -75,7 +75,7 @@ def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
     assert parameters["horizon"] == 16
     assert parameters["velocity_limit"] == [1.0, 2.0, 3.0]
     assert parameters["start_position"] == [0.0, 1.0, 2.0]
-    assert parameters["policy.velocity_limit"] == LIMIT.tolist()
+    assert parameters["policy.control_limit"] == LIMIT.tolist()
     document = yaml.safe_load(path.read_text())
     assert document["/**/controller"]["ros__parameters"]["policy"]["kind"] == "linear"
     assert load_parameters_file(path, "learner") == {}
@@ -84,7 +84,7 @@ def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"kind": "magic"}, "'magic' is unknown; valid kinds: linear"),
+        ({"kind": "magic"}, "'magic' is unknown; valid: linear"),
         ({"kind": ""}, "policy.kind is missing or empty"),
         ({"joints": []}, "policy.joints is missing or empty"),
         ({"joints": ["left", "left", "waist"]}, "names a joint twice"),
@@ -94,7 +94,7 @@ def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
         ({"weights": [1.0] * 17 + [float("nan")]}, "weights of a linear policy holds nan"),
         ({"weights": ["much"] * 18}, "policy.weights holds something else than numbers"),
         ({"bias": [0.0]}, "bias of a linear policy has shape"),
-        ({"velocity_limit": [1.0, -1.0, 1.0]}, "expected at least 0"),
+        ({"control_limit": [1.0, -1.0, 1.0]}, "expected at least 0"),
         ({"magic": [1.0]}, "unknown: magic"),
     ],
 )

@@ -13,7 +13,9 @@ from irlpilco_ros.learning.policies.initial_policy import initial_policy, policy
 )
 def test_the_demonstration_is_fitted(kind, tolerance):
     task = toy_task()
-    policy = initial_policy(task, LearningSettings(policy=kind, phase_count=6, rbf_count=6))
+    policy = initial_policy(
+        task, LearningSettings(policy=kind, options={"linear_phase.count": 6, "rbf.count": 6})
+    )
     states, wanted = task.reference_states(), task.demonstrated_controls()
     controls = np.stack([policy.act(states[t], t) for t in range(task.horizon)])
     assert policy.kind == kind

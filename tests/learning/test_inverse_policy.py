@@ -67,7 +67,7 @@ def test_the_regulator_brings_the_robot_back(problem):
 @pytest.mark.parametrize("kind", ["rbf", "linear", "linear_phase"])
 def test_the_policy_goes_the_demonstration_s_way(problem, kind):
     task, model, shown = problem
-    settings = LearningSettings(policy=kind, rbf_count=12, prior_mean="zero")
+    settings = LearningSettings(policy=kind, options={"rbf.count": 12}, prior_mean="zero")
     policy = inverse_policy(task, settings, model)
     assert policy.kind == kind
     np.testing.assert_array_equal(policy.control_limit, LIMIT)

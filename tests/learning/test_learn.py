@@ -11,7 +11,7 @@ from irlpilco_ros.learning.features import CubatureFeatures
 from irlpilco_ros.learning.learn import learn, weigh
 from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 
-SETTINGS = LearningSettings(phase_count=6, threads=1)
+SETTINGS = LearningSettings(options={"linear_phase.count": 6}, threads=1)
 
 
 def run(settings, iterations, task=None, seed=0):
@@ -40,8 +40,13 @@ def test_learning_beats_replay_within_three_iterations():
     [
         {"imitation": "feature_expectations"},
         {"imitation": "trajectory_kl"},
-        {"policy": "linear", "prior_mean": "zero", "variance_weight": 0.0, "optimiser": "lbfgs"},
-        {"policy": "rbf", "rbf_count": 5, "optimiser": "lbfgs"},
+        {
+            "policy": "linear",
+            "prior_mean": "zero",
+            "options": {"feature_matching.variance_weight": 0.0},
+            "optimiser": "lbfgs",
+        },
+        {"policy": "rbf", "options": {"rbf.count": 5}, "optimiser": "lbfgs"},
         {"covariance_approximation": "exact", "starts": ("last", "zero", "initial", "random")},
         {"weight_rule": "projection", "discount": 0.9, "initial_policy": "random"},
         {"weight_rule": "latest", "initial_policy": "zero", "weight_floor": 0.0},

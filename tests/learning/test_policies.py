@@ -17,7 +17,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
 from irlpilco_ros.learning.moments.radial_basis import bumps_moments, fit_bumps
 from irlpilco_ros.learning.policies import (
-    KINDS,
+    REGISTRY,
     LinearPhasePolicy,
     LinearPolicy,
     OpenLoopPolicy,
@@ -141,7 +141,7 @@ def test_round_trip_through_arrays(kind):
     policy = make(kind)
     again = from_arrays(policy.kind, policy.to_arrays())
     state = np.array([0.1, -0.5, 0.9, 0.2])
-    assert again.kind in KINDS
+    assert again.kind in REGISTRY.names()
     np.testing.assert_array_equal(again.act(state, 1), policy.act(state, 1))
     np.testing.assert_array_equal(again.parameters, policy.parameters)
 
@@ -162,7 +162,7 @@ def test_no_policy_holds_a_number_that_is_not_finite(kind, bad):
 
 def test_refusals_name_what_is_wrong():
     arrays = make("linear").to_arrays()
-    with pytest.raises(InvalidSettingError, match="valid kinds: linear"):
+    with pytest.raises(InvalidSettingError, match="'quadratic' is unknown; valid: linear"):
         from_arrays("quadratic", arrays)
     with pytest.raises(InvalidSettingError, match="missing: bias"):
         from_arrays("linear", {k: v for k, v in arrays.items() if k != "bias"})

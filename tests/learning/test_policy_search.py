@@ -49,7 +49,7 @@ def test_search_improves_and_never_gets_worse(optimiser):
 
 
 def test_gauss_newton_needs_fewer_evaluations_to_imitate():
-    task, settings = toy_task(), LearningSettings(phase_count=6, threads=1)
+    task, settings = toy_task(), LearningSettings(options={"linear_phase.count": 6}, threads=1)
     first = initial_policy(task, settings)
     trials = [LaggingJoints().run(first, task.reference_states()[0])]
     prior = velocity_prior(JOINTS, task.dt)

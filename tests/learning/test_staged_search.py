@@ -114,7 +114,7 @@ def test_learning_in_stages_improves_and_tells_how_far_it_is(method):
     task = toy_task()
     settings = LearningSettings(
         imitation=method,
-        phase_count=6,
+        options={"linear_phase.count": 6},
         threads=1,
         horizon_stages=3,
         starts=("inverse", "last"),

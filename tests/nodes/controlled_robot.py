@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import OpenLoopPolicy
 
 CONTROLLER = "irlpilco_ros.nodes.controller"
 JOINTS = ["elbow", "wrist"]
+ROLES = Joints(tuple(JOINTS))
 HORIZON = 4
 PERIOD = 0.1
 ROBOT = {
@@ -25,7 +27,7 @@ ROBOT = {
 
 def table(*rows):
     """A policy that sends these rows, joints in order."""
-    return policy_to_parameters(OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4), JOINTS)
+    return policy_to_parameters(OpenLoopPolicy(np.array(rows), np.array([1.0, 2.0]), 4), ROLES)
 
 
 MOVING = table(*[[0.1, -0.2]] * HORIZON)

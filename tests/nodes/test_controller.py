@@ -252,7 +252,7 @@ def test_a_policy_change_stops_the_trial(graph, robot, diagnostics):
 
 def test_a_refused_policy_does_not_disturb_the_trial(graph, robot):
     answer = begin_trial(graph, robot, MOVING)
-    too_fast = {**table([0.2, 0.2]), "policy.velocity_limit": [1.0, 9.0]}
+    too_fast = {**table([0.2, 0.2]), "policy.control_limit": [1.0, 9.0]}
     assert not graph.set_parameters("controller", too_fast).successful
     time.sleep(0.05)
     assert not answer.done()

@@ -25,7 +25,7 @@ def graph(shared_ros):
 BAD_POLICIES = {
     "shape": ({"policy.controls": [0.1, 0.2, 0.3]}, "3 values"),
     "finiteness": ({"policy.controls": [0.1, math.nan]}, "expected finite numbers"),
-    "limit": ({"policy.velocity_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
+    "limit": ({"policy.control_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
     "unknown joint": ({"policy.joints": ["elbow", "hand"]}, "unknown: hand; missing: wrist"),
     "order": ({"policy.joints": ["wrist", "elbow"]}, "in this order: elbow, wrist"),
     "kind": ({"policy.kind": "wild"}, "'wild' is unknown"),
@@ -75,9 +75,9 @@ def test_every_parameter_says_what_it_means(graph):
 
 
 def test_a_bad_policy_file_ends_the_node_with_one_line(ros):
-    parameters = {**ROBOT, **MOVING, "policy.velocity_limit": [1.0, 3.0]}
+    parameters = {**ROBOT, **MOVING, "policy.control_limit": [1.0, 3.0]}
     process = ros.start(CONTROLLER, parameters=parameters, wait=False)
     process.expected_code = 1
     assert process.wait() == 1
-    assert process.output.startswith("error: policy.velocity_limit of joint wrist is 3;")
+    assert process.output.startswith("error: policy.control_limit of joint wrist is 3;")
     assert len(process.output.splitlines()) == 1

@@ -21,11 +21,12 @@ from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.policy_file import policy_from_parameters, read_policy_file
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.settings import from_values
 from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
 
 pytestmark = pytest.mark.dds
 
-SETTINGS = {"evaluations": 6, "phase_count": 3}
+SETTINGS = {"evaluations": 6, "linear_phase.count": 3}
 
 
 class FakeRobot:
@@ -260,6 +261,27 @@ def test_without_a_robot_it_says_which_node_is_missing(shared_ros, bag, tmp_path
     assert place.learner.stop(signal.SIGTERM) == 0
 
 
+def test_names_of_before_are_understood_at_the_start(shared_ros, bag, tmp_path):
+    settings = LearningSettings(evaluations=6, options={"linear_phase.count": 4})
+    Apprenticeship.open(tmp_path / "run", bag, toy_robot.ROBOT, settings).close()
+    robot_file = tmp_path / "robot.yaml"
+    robot_file.write_text(toy_robot.ROBOT_FILE)
+    health = shared_ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
+    before = {"phase_count": 4, "evaluations": 6, "run_directory": str(tmp_path / "run")}
+    learner = shared_ros.start(
+        "irlpilco_ros.nodes.learner", parameters=before, files=[robot_file], namespace="/before"
+    )
+    shared_ros.wait_for(
+        lambda: any(
+            status.name.endswith("before/learner") and status.message == "ready for iteration 0"
+            for message in health.messages
+            for status in message.status
+        ),
+        "the run of before to be taken up",
+    )
+    assert learner.output.count("phase_count is called linear_phase.count now") == 1
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -269,7 +291,7 @@ def test_without_a_robot_it_says_which_node_is_missing(shared_ros, bag, tmp_path
     ],
 )
 def test_a_wrong_run_is_refused_at_the_start(shared_ros, bag, tmp_path, change, reason):
-    settings = LearningSettings(**SETTINGS)
+    settings = from_values(LearningSettings, SETTINGS)
     Apprenticeship.open(tmp_path / "run", bag, toy_robot.ROBOT, settings).close()
     if "demonstration" in change:
         plan = Apprenticeship.open(tmp_path / "other", bag, toy_robot.ROBOT, settings).prepare()

@@ -10,10 +10,10 @@ from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.moments.cubature import MeanPullback
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.registry import Registry
+from irlpilco_ros.learning.registry import Extension, Registry
 
 
-class Features(ABC):
+class Features(Extension, ABC):
     """A map phi from states to features, for samples and for Gaussian states."""
 
     @property

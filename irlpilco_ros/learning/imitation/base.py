@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from irlpilco_ros.learning.costs.base import Cost, StepwiseCost, discounts
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.registry import Registry
+from irlpilco_ros.learning.registry import Extension, Registry
 from irlpilco_ros.learning.task import Task
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Imitation(ABC):
+class Imitation(Extension, ABC):
     """A way of imitating; `imitation` of the learning settings names one.
 
     Attributes:

@@ -7,35 +7,24 @@ from collections.abc import Mapping
 from typing import Any
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.policies.base import Arrays, Policy
+from irlpilco_ros.learning.policies.base import REGISTRY, Arrays, Policy, register, searchable
 from irlpilco_ros.learning.policies.linear import LinearPolicy
 from irlpilco_ros.learning.policies.linear_phase import LinearPhasePolicy
 from irlpilco_ros.learning.policies.open_loop import OpenLoopPolicy
 from irlpilco_ros.learning.policies.rbf import RbfPolicy
-
-KINDS: Mapping[str, type[Any]] = {
-    "linear": LinearPolicy,
-    "linear_phase": LinearPhasePolicy,
-    "rbf": RbfPolicy,
-    "open_loop": OpenLoopPolicy,
-}
 
 
 def from_arrays(kind: str, arrays: Mapping[str, Any]) -> Policy:
     """Return the policy of a kind from the arrays that its `to_arrays` returned.
 
     Args:
-        kind: One of `KINDS`.
+        kind: A name in the registry.
         arrays: Fields of the policy by name, of the right shapes; integers may be 0-d arrays.
 
     Raises:
         InvalidSettingError: unknown kind, missing or unknown names, wrong shapes, not finite.
     """
-    if kind not in KINDS:
-        raise InvalidSettingError(
-            f"policy kind {kind!r} is unknown; valid kinds: {', '.join(KINDS)}"
-        )
-    make = KINDS[kind]
+    make = REGISTRY.get(kind)
     wanted = {field.name for field in dataclasses.fields(make)}
     if set(arrays) != wanted:
         missing, unknown = sorted(wanted - set(arrays)), sorted(set(arrays) - wanted)
@@ -48,7 +37,7 @@ def from_arrays(kind: str, arrays: Mapping[str, Any]) -> Policy:
 
 
 __all__ = [
-    "KINDS",
+    "REGISTRY",
     "Arrays",
     "LinearPhasePolicy",
     "LinearPolicy",
@@ -56,4 +45,6 @@ __all__ = [
     "Policy",
     "RbfPolicy",
     "from_arrays",
+    "register",
+    "searchable",
 ]

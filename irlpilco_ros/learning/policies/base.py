@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.registry import Extension, Registry
 
 Arrays = dict[str, Array | float | int]
 """A policy as named arrays and numbers: what files and ROS parameters hold."""
@@ -72,6 +73,27 @@ class Policy(Protocol):
 
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
+
+
+class RegisteredPolicy(Extension):
+    """What the registry knows of a kind of policy.
+
+    Attributes:
+        is_searchable: Whether policy search can change it.
+    """
+
+    is_searchable: ClassVar[bool] = True
+
+
+REGISTRY: Registry[Any] = Registry("irlpilco_ros.policies", RegisteredPolicy)
+"""Every kind of policy by its name."""
+
+register = REGISTRY.register
+
+
+def searchable() -> tuple[str, ...]:
+    """Return the names of the kinds of policy that policy search can change."""
+    return tuple(cls.kind for cls in REGISTRY.classes() if cls.is_searchable)
 
 
 def checked_array(owner: str, name: str, value: object, shape: tuple[int | None, ...]) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from irlpilco_ros.learning.gp.kernel import squared_exponential
@@ -52,8 +54,8 @@ def zero_policy(task: Task, settings: LearningSettings) -> Policy:
     if settings.policy == "linear":
         return LinearPolicy(weights, np.zeros(F), limit)
     if settings.policy == "rbf":
-        return _rbf_policy(task, settings, np.zeros((settings.rbf_count, F)), limit)
-    phases = np.zeros((F, settings.phase_count))
+        return _rbf_policy(task, settings, np.zeros((_count(RbfPolicy, settings), F)), limit)
+    phases = np.zeros((F, _count(LinearPhasePolicy, settings)))
     return LinearPhasePolicy(weights, phases, task.horizon, limit)
 
 
@@ -91,7 +93,9 @@ def fitted_policy(task: Task, settings: LearningSettings, controls: Array) -> Po
     states = task.state_layout.policy_view(task.reference_states()[:-1])
     if isinstance(zero, LinearPhasePolicy):
         steps = range(task.horizon)
-        phases = np.stack([phase_features(t, settings.phase_count, task.horizon) for t in steps])
+        phases = np.stack(
+            [phase_features(t, _count(LinearPhasePolicy, settings), task.horizon) for t in steps]
+        )
         bumps = _ridge(phases, wanted, 1e-6).T
         return LinearPhasePolicy(zero.weights, bumps, task.horizon, zero.control_limit)
     if isinstance(zero, RbfPolicy):
@@ -117,7 +121,9 @@ def fit_policy(
         targets = (own + RIDGE * np.eye(len(own))) @ heights
         return RbfPolicy(zero.centres, targets, zero.log_widths, zero.control_limit)
     if isinstance(zero, LinearPhasePolicy):
-        phases = [phase_features(int(t), settings.phase_count, task.horizon) for t in steps]
+        phases = [
+            phase_features(int(t), _count(LinearPhasePolicy, settings), task.horizon) for t in steps
+        ]
         both = _ridge(np.hstack([views, np.stack(phases)]), wanted, _BUMP_RIDGE).T
         weights, bumps = both[:, : views.shape[1]], both[:, views.shape[1] :]
         return LinearPhasePolicy(weights, bumps, task.horizon, zero.control_limit)
@@ -135,8 +141,14 @@ def _rbf_policy(task: Task, settings: LearningSettings, targets: Array, limit: A
 
 def _spread_steps(task: Task, settings: LearningSettings) -> Array:
     """Return as many steps as there are bumps, evenly over the trial."""
-    steps: Array = np.round(np.linspace(0, task.horizon - 1, settings.rbf_count)).astype(int)
+    steps: Array = np.round(np.linspace(0, task.horizon - 1, _count(RbfPolicy, settings))).astype(
+        int
+    )
     return steps
+
+
+def _count(kind: type[Any], settings: LearningSettings) -> int:
+    return int(settings.options_of(kind).count)
 
 
 def _ridge(inputs: Array, targets: Array, ridge: float) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -13,16 +12,19 @@ from irlpilco_ros.learning.moments.squashing import squash, squashed_moments, sq
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
+    RegisteredPolicy,
     checked_array,
     checked_limit,
     checked_vector,
+    register,
 )
 
 AffinePullback = Callable[[Array, Array, Array], tuple[Array, Array, Array, Array]]
 
 
+@register("linear")
 @dataclass(frozen=True)
-class LinearPolicy:
+class LinearPolicy(RegisteredPolicy):
     """u = squash(W x + b).
 
     Attributes:
@@ -31,7 +33,6 @@ class LinearPolicy:
         control_limit: Largest absolute value of each control, shape (F,).
     """
 
-    kind: ClassVar[str] = "linear"
     weights: Array
     bias: Array
     control_limit: Array

@@ -7,7 +7,6 @@ movement that crosses its own path. The moments stay those of the linear policy.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -17,9 +16,11 @@ from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
+    RegisteredPolicy,
     checked_array,
     checked_limit,
     checked_vector,
+    register,
 )
 from irlpilco_ros.learning.policies.linear import (
     affine_metric,
@@ -27,10 +28,12 @@ from irlpilco_ros.learning.policies.linear import (
     affine_slope,
     each_row,
 )
+from irlpilco_ros.learning.settings import setting
 
 
+@register("linear_phase")
 @dataclass(frozen=True)
-class LinearPhasePolicy:
+class LinearPhasePolicy(RegisteredPolicy):
     """u[t] = squash(W x + B psi(t)), psi being Gaussian bumps over the trial that sum to one.
 
     Attributes:
@@ -40,7 +43,14 @@ class LinearPhasePolicy:
         control_limit: Largest absolute value of each control, shape (F,).
     """
 
-    kind: ClassVar[str] = "linear_phase"
+    @dataclass(frozen=True)
+    class Settings:
+        """How finely the feed-forward is resolved."""
+
+        count: int = setting(
+            16, "Number of feed-forward bumps over the trial.", minimum=1, maximum=1000
+        )
+
     weights: Array
     phase_weights: Array
     horizon: int

@@ -12,14 +12,17 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterP
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
+    RegisteredPolicy,
     checked_array,
     checked_limit,
     checked_vector,
+    register,
 )
 
 
+@register("open_loop")
 @dataclass(frozen=True)
-class OpenLoopPolicy:
+class OpenLoopPolicy(RegisteredPolicy):
     """u[t] = table[t], whatever the state; zero after the end of the table.
 
     Attributes:
@@ -28,7 +31,7 @@ class OpenLoopPolicy:
         state_size: Number of state dimensions D of the robot.
     """
 
-    kind: ClassVar[str] = "open_loop"
+    is_searchable: ClassVar[bool] = False
     controls: Array
     control_limit: Array
     state_size: int

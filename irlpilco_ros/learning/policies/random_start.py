@@ -37,7 +37,7 @@ def random_start(task: Task, settings: LearningSettings, start: Gaussian) -> Pol
             f"policy is {settings.policy!r}; classical PILCO learns one of: rbf, linear"
         )
     spread = extended.covariance[np.ix_(viewed, viewed)]
-    count = settings.rbf_count
+    count = settings.options_of(RbfPolicy).count
     centres = rng.multivariate_normal(extended.mean[viewed], spread, count, method="eigh")
     targets = 0.1 * rng.standard_normal((count, F))
     return RbfPolicy(centres, targets, np.zeros((F, len(viewed))), task.control_limit)

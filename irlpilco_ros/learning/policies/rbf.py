@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
@@ -15,10 +14,13 @@ from irlpilco_ros.learning.moments.squashing import squashed_moments
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import (
     Arrays,
+    RegisteredPolicy,
     checked_array,
     checked_limit,
     checked_vector,
+    register,
 )
+from irlpilco_ros.learning.settings import setting
 
 RIDGE = 0.01**2
 """PILCO's: targets have a noise of 0.01 of the bumps' height."""
@@ -27,8 +29,9 @@ VARIANCE_FLOOR = 1e-6
 """PILCO's: added to each control's variance before squashing."""
 
 
+@register("rbf")
 @dataclass(frozen=True)
-class RbfPolicy:
+class RbfPolicy(RegisteredPolicy):
     """u_a = squash(sum_i beta_ai exp(-|x - c_i|^2 / 2)), |.| by widths, bumps through targets.
 
     The heights follow from targets at the centres, which is kinder to gradients than the heights
@@ -41,7 +44,12 @@ class RbfPolicy:
         control_limit: Largest absolute value of each control, shape (F,).
     """
 
-    kind: ClassVar[str] = "rbf"
+    @dataclass(frozen=True)
+    class Settings:
+        """How many bumps there are."""
+
+        count: int = setting(10, "Number of radial basis functions.", minimum=1, maximum=1000)
+
     centres: Array
     targets: Array
     log_widths: Array

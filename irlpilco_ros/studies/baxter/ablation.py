@@ -15,7 +15,7 @@ ITERATIONS = 5
 CHANGES: dict[str, dict[str, Any]] = {
     "defaults": {},
     "zero prior mean": {"prior_mean": "zero"},
-    "lambda 0": {"variance_weight": 0.0},
+    "lambda 0": {"options": {"feature_matching.variance_weight": 0.0}},
     "no phase": {"policy": "linear"},
     "first policy zero": {"initial_policy": "zero"},
     "first policy random": {"initial_policy": "random"},

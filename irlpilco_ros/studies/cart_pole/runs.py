@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from irlpilco_ros.experience.configuration import differing_keys
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, pilco
 from irlpilco_ros.learning.costs import StateCost
@@ -28,6 +29,7 @@ from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.settings import values_of
 from sim_bridge.cart_pole_equations import CartPoleParameters, tip_distance
 from sim_bridge.cart_pole_simulation import (
     CART_POLE_JOINTS,
@@ -51,7 +53,7 @@ EXPERT_SETTINGS = LearningSettings(
     prior_mean="zero",
     hyperprior="pilco",
     policy="rbf",
-    rbf_count=25,
+    options={"rbf.count": 25},
     initial_policy="random_controls",
     optimiser="bfgs",
     evaluations=120,
@@ -135,8 +137,8 @@ def claim(out: Path, demonstration: Rollout, settings: LearningSettings) -> None
     """
     own: dict[str, Any] = {
         "demonstration": hashlib.sha256(demonstration.states.tobytes()).hexdigest()[:16],
-        "imitation": dataclasses.asdict(settings),
-        "expert": dataclasses.asdict(EXPERT_SETTINGS),
+        "imitation": values_of(settings),
+        "expert": values_of(EXPERT_SETTINGS),
     }
     del own["imitation"]["imitation"]
     own = json.loads(json.dumps(own))
@@ -146,12 +148,17 @@ def claim(out: Path, demonstration: Rollout, settings: LearningSettings) -> None
         write_atomically(file, json.dumps(own, indent=1).encode())
         return
     found = json.loads(file.read_text())
-    differ = [name for name, value in own.items() if found.get(name) != value]
+    differ = [name for name in own if _differs(found.get(name), own[name])]
     if differ:
         raise InvalidSettingError(
             f"{out} has runs made with other settings ({', '.join(differ)}; see {file}); "
             "choose another folder with --out, or remove this one"
         )
+
+
+def _differs(before: Any, now: Any) -> bool:
+    settings = isinstance(before, dict) and isinstance(now, dict)
+    return bool(differing_keys(before, now)) if settings else bool(before != now)
 
 
 def expert_task() -> Task:
