@@ -52,13 +52,13 @@ class Policy(Protocol):
         of the control's spread may be left out.
         """
 
-    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array | None:
-        """Return the Hessian by the parameters (p, p) of tr(price cov u), as far as gains go.
+    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
+        """Return the Hessian by the parameters (p, p) of tr(cost_weight cov u), as far as gains go.
 
         Args:
             state: The state that the policy sees.
             step: Step of the trial.
-            price: What spread of the controls costs, positive semidefinite, shape (F, F).
+            cost_weight: What spread of the controls costs, positive semidefinite, shape (F, F).
 
         Returns:
             A positive semidefinite matrix, or None if this kind of policy does not know it.

@@ -94,7 +94,7 @@ class OpenLoopPolicy(RegisteredPolicy):
         size = self.controls.shape[1]
         return np.eye(size, self.controls.size, step * size)
 
-    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array | None:
+    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
         """Return None: a table has no gains."""
         return None
 

@@ -129,7 +129,7 @@ class RbfPolicy(RegisteredPolicy):
         nothing = np.zeros_like(moments.covariance), np.zeros_like(moments.jacobian)
         return np.stack([pullback(row, *nothing)[2] for row in np.eye(len(moments.mean))])
 
-    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array | None:
+    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
         """Return None: the gains of a sum of bumps are no simple function of its parameters."""
         return None
 
