@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-
-PLUGIN = Path(__file__).parent / "example_plugin"
+from installed_example import install_example
 
 LEARN = """
 import sys
@@ -39,21 +38,7 @@ for iteration in islice(apprenticeship(task, settings, run_trial), 3):
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
     """A folder with the example, as pip installs it."""
-    target = tmp_path_factory.mktemp("site")
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*pip, "--target", str(target), str(copy(target))], check=True)
-    return target
-
-
-def copy(target: Path) -> Path:
-    """Return a copy of the example, for building leaves files beside the sources."""
-    source = target.parent / f"{target.name}_source"
-    for file in sorted(PLUGIN.rglob("*")):
-        if file.suffix in (".py", ".toml"):
-            path = source / file.relative_to(PLUGIN)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(file.read_bytes())
-    return source
+    return install_example(tmp_path_factory.mktemp("plugin"))
 
 
 def test_a_way_of_imitating_and_a_feature_of_another_package(installed):
@@ -74,3 +59,34 @@ def test_the_features_jacobian_is_its_derivative(installed, monkeypatch):
     _, jacobians = hand(point[None])
     ahead, behind = hand(point + step * np.eye(2))[0], hand(point - step * np.eye(2))[0]
     np.testing.assert_allclose(jacobians[0], (ahead - behind).T / (2.0 * step), atol=1e-8)
+
+
+def test_a_policys_gradient_and_its_way_through_a_file(installed, monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(str(installed))
+    import numpy as np
+    from irlpilco_example.polynomial_policy import PolynomialPolicy
+
+    from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
+    from irlpilco_ros.learning.joints import Joints
+    from irlpilco_ros.learning.moments.gaussian import Gaussian
+    from irlpilco_ros.learning.policies import REGISTRY
+
+    monkeypatch.setitem(REGISTRY._loaded, "polynomial", PolynomialPolicy)
+    monkeypatch.setattr(PolynomialPolicy, "kind", "polynomial", raising=False)
+    rng = np.random.default_rng(0)
+    policy = PolynomialPolicy(
+        rng.standard_normal((2, 4)), rng.standard_normal((2, 3)), 6, 0.0, np.array([1.0, 2.0])
+    )
+    state = Gaussian(rng.standard_normal(4), 0.1 * np.eye(4))
+    by_parameters, step = policy.mean_sensitivity(state, 2), 1e-6
+    for column, unit in zip(by_parameters.T, np.eye(len(policy.parameters)), strict=True):
+        ahead, behind = (
+            policy.with_parameters(policy.parameters + sign * step * unit) for sign in (1, -1)
+        )
+        difference = ahead.moments(state, 2)[0].mean - behind.moments(state, 2)[0].mean
+        np.testing.assert_allclose(column, difference / (2.0 * step), atol=1e-7)
+    path = tmp_path / "policy_001.yaml"
+    write_policy_file(path, policy, Joints(("a", "b")))
+    again, _ = read_policy_file(path)
+    assert again.offset == 0.0  # a zero is a number like any other
+    np.testing.assert_array_equal(again.parameters, policy.parameters)

@@ -11,17 +11,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rclpy.parameter import Parameter
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from irlpilco_ros.control.controller_settings import ControllerSettings  # noqa: E402
-from irlpilco_ros.experience.policy_file import PREFIX, parameter_types  # noqa: E402
 from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
 from irlpilco_ros.learning.learning_settings import LearningSettings  # noqa: E402
 from irlpilco_ros.learning.settings import Declaration, declarations  # noqa: E402
 from irlpilco_ros.nodes.demonstration_recorder import RecorderSettings  # noqa: E402
 from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
-from irlpilco_ros.ros.policy_parameters import _DESCRIPTIONS  # noqa: E402
+from irlpilco_ros.ros.policy_parameters import policy_parameters  # noqa: E402
 from sim_bridge.cart_pole_simulation import CartPoleSettings  # noqa: E402
 from sim_bridge.demonstrator_node import DemonstratorSettings  # noqa: E402
 from sim_bridge.simulation_settings import SimulationSettings  # noqa: E402
@@ -81,15 +82,15 @@ def row(declared: Declaration) -> str:
     unit = f" [{declared.unit}]" if declared.unit else ""
     fixed = " Read-only." if declared.read_only else ""
     meaning = f"{declared.description}{unit}{fixed}"
-    limits = ", ".join(span(declared))
-    return f"| `{declared.name}` | {shown(declared.default)} | {limits} | {meaning} |"
+    span = ", ".join(limits(declared))
+    return f"| `{declared.name}` | {shown(declared.default)} | {span} | {meaning} |"
 
 
 def policy_rows() -> Iterator[str]:
     """Yield a line for each parameter that some kind of policy has."""
-    for name, kind in parameter_types().items():
-        meaning = _DESCRIPTIONS.get(name.removeprefix(PREFIX), "A field of the policy.")
-        yield f"| `{name}` | {kind.__name__} | {meaning} |"
+    for name, descriptor in policy_parameters().items():
+        kind = Parameter.Type(descriptor.type).name.lower().replace("_", " ")
+        yield f"| `{name}` | {kind} | {descriptor.description} |"
 
 
 def shown(value: Any) -> str:
@@ -101,7 +102,7 @@ def shown(value: Any) -> str:
     return f"`{str(value).lower() if isinstance(value, bool) else value}`"
 
 
-def span(declared: Declaration) -> Iterator[str]:
+def limits(declared: Declaration) -> Iterator[str]:
     """Yield the limits of a value, or the words that are allowed."""
     yield from (f"`{choice}`" for choice in declared.choices)
     low, high = declared.minimum, declared.maximum

@@ -6,8 +6,6 @@ written row by row. The controller checks them with `policy_from_parameters`, al
 
 from __future__ import annotations
 
-import dataclasses
-import typing
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,14 +19,11 @@ from irlpilco_ros.learning import policies
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies.declaration import Declared, declared
 
 PREFIX = "policy."
 SECTION = "/**/controller"
 
-# What a row of each matrix belongs to; from it and the length follows the shape.
-_ROW_PER_CONTROL = ("weights", "phase_weights")
-_COLUMN_PER_CONTROL = ("controls", "targets")
-_COLUMN_PER_STATE = ("centres", "log_widths")
 # Names of joints, by the field of `Joints` that holds them.
 _JOINT_LISTS = {
     "joints": "names",
@@ -37,19 +32,23 @@ _JOINT_LISTS = {
 }
 
 
-def parameter_types() -> dict[str, type]:
-    """Return every parameter that a policy of any kind can have: name -> str, int, float or list.
+def policy_fields() -> dict[str, Declared]:
+    """Return every field that a policy of any kind can have, by the name of its ROS parameter.
 
-    Those of `names_parameters` are lists of names, every other list is one of numbers.
+    Raises:
+        InvalidSettingError: two kinds declare a field of the same name, but not of the same type.
     """
-    types: dict[str, type] = {f"{PREFIX}kind": str, **dict.fromkeys(names_parameters(), list)}
+    found: dict[str, Declared] = {}
     for kind in policies.REGISTRY.classes():
-        hints = typing.get_type_hints(kind)
-        for field in dataclasses.fields(kind):
-            hint = hints[field.name]
+        for field in declared(kind):
             name = PREFIX + field.name
-            types[name] = hint if hint in (int, float) else list
-    return types
+            known = found.setdefault(name, field)
+            if (known.kind, not known.shape) != (field.kind, not field.shape):
+                raise InvalidSettingError(
+                    f"a {kind.kind} policy has a field {field.name} of another type than other "
+                    "policies have; give it another name"
+                )
+    return found
 
 
 def names_parameters() -> tuple[str, ...]:
@@ -69,13 +68,12 @@ def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
         InvalidSettingError: the policy does not fit the joints.
     """
     _check_size(policy, joints)
-    parameters: dict[str, Any] = {f"{PREFIX}kind": policy.kind}
-    for name, field in _JOINT_LISTS.items():
-        if getattr(joints, field):
-            parameters[PREFIX + name] = list(getattr(joints, field))
-    for name, value in policy.to_arrays().items():
-        public = PREFIX + name
-        parameters[public] = np.asarray(value).ravel().tolist() if np.ndim(value) else value
+    fields = policy.to_arrays()
+    lists = {name: list(getattr(joints, field)) for name, field in _JOINT_LISTS.items()}
+    parameters: dict[str, Any] = {f"{PREFIX}kind": fields.pop("kind")}
+    parameters |= {PREFIX + name: names for name, names in lists.items() if names}
+    for name, value in fields.items():
+        parameters[PREFIX + name] = np.asarray(value).ravel().tolist() if np.ndim(value) else value
     return parameters
 
 
@@ -102,8 +100,11 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
         joints = Joints(**lists)
     except InvalidSettingError as error:
         raise InvalidSettingError(f"{PREFIX}joints: {error}") from error
-    arrays = {name: _shaped(name, value, joints) for name, value in fields.items()}
-    policy = policies.from_arrays(kind, arrays)
+    sizes = {"F": len(joints.commanded), "D": joints.policy_size}
+    try:
+        policy = policies.REGISTRY.get(kind).from_lists(fields, sizes)
+    except InvalidSettingError as error:
+        raise InvalidSettingError(f"{PREFIX}*: {error}") from error
     _check_size(policy, joints)
     return policy, joints
 
@@ -150,31 +151,6 @@ def read_policy_file(path: Path) -> tuple[Policy, Joints]:
         return policy_from_parameters(load_parameters_file(path, "controller"))
     except InvalidSettingError as error:
         raise InvalidSettingError(f"{path}: {error}") from error
-
-
-def _shaped(name: str, value: Any, joints: Joints) -> Any:
-    """Return a list of numbers as an array of its field's shape; numbers as they are."""
-    if np.ndim(value) == 0:
-        return value
-    try:
-        flat = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidSettingError(f"{PREFIX}{name} holds something else than numbers") from None
-    controls, states = len(joints.commanded), joints.policy_size
-    columns = {
-        **dict.fromkeys(_ROW_PER_CONTROL, flat.size // controls),
-        **dict.fromkeys(_COLUMN_PER_CONTROL, controls),
-        **dict.fromkeys(_COLUMN_PER_STATE, states),
-    }.get(name)
-    if columns is None:
-        return flat
-    rows = flat.size // columns if columns else 0
-    if flat.size == 0 or rows * columns != flat.size:
-        raise InvalidSettingError(
-            f"{PREFIX}{name} has {flat.size} values, which make no matrix for {controls} joints "
-            f"and {states} states"
-        )
-    return flat.reshape(rows, columns)
 
 
 def _check_size(policy: Policy, joints: Joints) -> None:

@@ -106,7 +106,6 @@ class Iteration:
             arrays[name] = getattr(self.hyperparameters, name)
         arrays["learned"] = np.asarray(self.learned)
         arrays["notes"] = np.asarray(self.notes, dtype=np.str_)
-        arrays["policy_kind"] = np.asarray(self.policy.kind)
         for name, value in self.policy.to_arrays().items():
             arrays[f"policy_{name}"] = np.asarray(value)
         return arrays
@@ -119,11 +118,10 @@ class Iteration:
             InvalidSettingError: if an array is missing or the policy in it is not sound.
         """
         try:
-            kind = str(arrays["policy_kind"])
-            own = {
+            policy = {
                 name.removeprefix("policy_"): np.asarray(arrays[name])
                 for name in arrays
-                if name.startswith("policy_") and name not in ("policy_kind", "policy_seconds")
+                if name.startswith("policy_") and name != "policy_seconds"
             }
             fields: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
             fields["hyperparameters"] = Hyperparameters(
@@ -137,4 +135,4 @@ class Iteration:
             raise InvalidSettingError(
                 f"an iteration needs the array {error}; it is missing"
             ) from error
-        return cls(policy=from_arrays(kind, own), learned=learned, notes=notes, **fields)
+        return cls(policy=from_arrays(policy), learned=learned, notes=notes, **fields)

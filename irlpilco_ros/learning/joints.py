@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
+
+if TYPE_CHECKING:
+    from irlpilco_ros.learning.policies import Policy
 
 
 @dataclass(frozen=True)

@@ -145,7 +145,8 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
 
 
 def _way(settings: LearningSettings, name: str) -> Imitation:
-    return imitation.REGISTRY.get(name)(settings)
+    way = imitation.REGISTRY.get(name)
+    return way(settings.options_of(way), settings.discount)
 
 
 def _cost(task: Task, settings: LearningSettings, way: str, weights: Array) -> Cost:
@@ -179,7 +180,7 @@ def _starting_policies(
 ) -> list[Policy]:
     zero = zero_policy(task, settings)
     first = initial_policy(task, settings)
-    if first.kind != zero.kind:  # random controls: nothing that a search could improve
+    if not first.searchable:  # random controls
         first = zero
     policies: dict[str, Callable[[], Policy]] = {
         "last": lambda: previous.policy if previous is not None else first,

@@ -1,7 +1,7 @@
 """Calls of other nodes with a time limit and errors that a person can read.
 
-Every call comes in two forms: `await` it inside an async callback (the node stays responsive), or
-let it block where nobody else spins the node (the command line).
+Calls are awaited inside async callbacks, so that the node stays responsive; the command line, where
+nobody else spins the node, awaits them in a `Session`.
 """
 
 from __future__ import annotations
@@ -10,13 +10,11 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-import rclpy
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
@@ -104,34 +102,6 @@ class Clients:
         """
         name, request = _parameters_request(node_name, values)
         answer = await self.call(SetParametersAtomically, name, request, timeout, wait)
-        _check_parameters(node_name, answer)
-
-    def call_blocking(
-        self, service_type: type, name: str, request: Any, timeout: float, wait: float = 5.0
-    ) -> Any:
-        """Call a service and spin the node until it answers; arguments and errors as `call`."""
-        client = self._client(service_type, name)
-        if not client.wait_for_service(wait):
-            raise ServiceError(_absent(name, wait))
-        answer = client.call_async(request)
-        executor = SingleThreadedExecutor(context=self._node.context)
-        rclpy.spin_until_future_complete(self._node, answer, executor, timeout)
-        if not answer.done():
-            client.remove_pending_request(answer)
-            raise ServiceError(_late(name, timeout))
-        return answer.result()
-
-    def trigger_blocking(self, name: str, timeout: float, wait: float = 5.0) -> str:
-        """Call a std_srvs/Trigger and spin until it answers; errors as `trigger`."""
-        answer = self.call_blocking(Trigger, name, Trigger.Request(), timeout, wait)
-        return _message_of(name, answer)
-
-    def set_parameters_blocking(
-        self, node_name: str, values: Mapping[str, Any], timeout: float = 5.0
-    ) -> None:
-        """Set parameters of another node, all or nothing; errors as `set_parameters`."""
-        name, request = _parameters_request(node_name, values)
-        answer = self.call_blocking(SetParametersAtomically, name, request, timeout)
         _check_parameters(node_name, answer)
 
     async def sleep(self, seconds: float) -> None:

@@ -12,34 +12,40 @@ from rclpy.parameter import Parameter
 from irlpilco_ros.control.safety import check_policy
 from irlpilco_ros.experience.policy_file import (
     PREFIX,
-    names_parameters,
-    parameter_types,
+    policy_fields,
     policy_from_parameters,
 )
 from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies import REGISTRY, Policy
+from irlpilco_ros.learning.policies.declaration import declared
 from irlpilco_ros.ros.parameters import given_under_old_name
 
 _KIND = PREFIX + "kind"
-_DESCRIPTIONS = {
-    "kind": "Kind of the policy; setting it replaces the whole policy.",
-    "joints": "Joints that the policy sees: those of the controller, in the same order.",
-    "unactuated_joints": "Those of them that the policy does not move.",
-    "continuous_joints": "Those of them that it sees as sine and cosine instead of an angle.",
-    "control_limit": "Largest control of each joint, at most the robot's own limit: [rad/s], or "
-    "[Nm] ([N] if it slides) for a robot that takes efforts.",
-    "horizon": "Number of control periods over which the phase features are spread.",
-    "controls": "Controls of each period, row by row: [rad/s], [Nm] or [N].",
-    "state_size": "Number of state dimensions: positions and velocities of the joints.",
-    "weights": "Gain of each joint's control on each state dimension, row by row.",
-    "phase_weights": "Feed-forward of each joint on each phase feature, row by row.",
-    "bias": "Constant part of each joint's control before squashing.",
-    "centres": "State at which each radial basis function is centred, row by row.",
-    "targets": "Value of each joint's control at each centre before squashing, row by row.",
-    "log_widths": "Logarithm of the basis functions' width along each state dimension.",
+_TEXTS = {
+    _KIND: "Kind of the policy; setting it replaces the whole policy.",
+    PREFIX + "joints": "Joints that the policy sees: those of the controller, in the same order.",
+    PREFIX + "unactuated_joints": "Those of them that the policy does not move.",
+    PREFIX + "continuous_joints": "Those of them that it sees as sine and cosine of their angle.",
 }
+_SCALARS = {int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE}
+
+
+def policy_parameters() -> dict[str, ParameterDescriptor]:
+    """Return the descriptor of every parameter that a policy of any kind can have, by name."""
+    found = {}
+    for name, text in _TEXTS.items():
+        kind = Parameter.Type.STRING if name == _KIND else Parameter.Type.STRING_ARRAY
+        found[name] = ParameterDescriptor(name=name, type=kind.value, description=text)
+    for name, field in policy_fields().items():
+        kind = Parameter.Type.DOUBLE_ARRAY if field.shape else _SCALARS[field.kind]
+        unit = f" [{field.unit}]" if field.unit else ""
+        shape = f" Shape: {' x '.join(field.shape)}." if field.shape else ""
+        found[name] = ParameterDescriptor(
+            name=name, type=kind.value, description=field.description + unit + shape
+        )
+    return found
 
 
 class PolicyParameters:
@@ -70,22 +76,21 @@ class PolicyParameters:
         self._node = node
         self._robot = robot
         self._on_change = on_change
-        self._types = parameter_types()
+        self._descriptors = policy_parameters()
         self._values: dict[str, Any] = {}
-        for name, kind in self._types.items():
-            self._declare(name, kind)
-        self.policy = self._make(self._values) if self._values else None
+        for name, descriptor in self._descriptors.items():
+            self._declare(name, descriptor)
+        self.policy = self._make(self._values) if self._values.get(_KIND) else None
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._judge)
         node.add_post_set_parameters_callback(self._take_over)
 
-    def _declare(self, name: str, kind: type) -> None:
-        descriptor = ParameterDescriptor(description=_DESCRIPTIONS[name.removeprefix(PREFIX)])
+    def _declare(self, name: str, descriptor: ParameterDescriptor) -> None:
         before = given_under_old_name(self._node, name)
-        start = _ros_type(name, kind) if before is None else before
+        start = Parameter.Type(descriptor.type) if before is None else before
         self._node.declare_parameter(name, start, descriptor)
         value = _plain(self._node.get_parameter_or(name).value)
-        if _is_given(value):
+        if value is not None:
             self._values[name] = value
 
     def _complete(self, parameters: list[Parameter]) -> list[Parameter]:
@@ -94,7 +99,9 @@ class PolicyParameters:
         if _KIND not in given:
             return parameters
         return parameters + [
-            _empty(name, kind) for name, kind in self._types.items() if name not in given
+            _empty(descriptor)
+            for name, descriptor in self._descriptors.items()
+            if name not in given
         ]
 
     def _judge(self, parameters: list[Parameter]) -> SetParametersResult:
@@ -117,7 +124,7 @@ class PolicyParameters:
     def _check_names(self, parameters: Iterable[Parameter]) -> None:
         for parameter in parameters:
             if not self._node.has_parameter(parameter.name):
-                known = ", ".join(self._types)
+                known = ", ".join(self._descriptors)
                 hint = f" ({advice(parameter.name)})" if parameter.name in RENAMED else ""
                 raise InvalidSettingError(
                     f"parameter {parameter.name} does not exist{hint}; those of a policy are: "
@@ -125,33 +132,37 @@ class PolicyParameters:
                 )
 
     def _merged(self, parameters: Iterable[Parameter]) -> dict[str, Any]:
-        changes = {p.name: _plain(p.value) for p in parameters if p.name in self._types}
-        values = {**self._values, **changes}
-        return {name: value for name, value in values.items() if _is_given(value)}
+        changes = {p.name: _plain(p.value) for p in parameters if p.name in self._descriptors}
+        return {**self._values, **changes}
 
     def _make(self, values: dict[str, Any]) -> Policy:
-        policy, joints = policy_from_parameters(values)
+        policy, joints = policy_from_parameters(_given(values))
         check_policy(self._robot, policy, joints)
         return policy
 
 
-def _ros_type(name: str, kind: type) -> Parameter.Type:
-    if kind is list:
-        is_names = name in names_parameters()
-        return Parameter.Type.STRING_ARRAY if is_names else Parameter.Type.DOUBLE_ARRAY
-    types = {str: Parameter.Type.STRING, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE}
-    return types[kind]
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values that say something.
+
+    ROS parameters cannot be taken back: an empty list or word, or a zero, stands for a field that
+    the policy does not have. Where the kind has the field, a zero is a zero.
+    """
+    kind = values.get(_KIND)
+    known = REGISTRY.names()
+    own = {PREFIX + field.name for field in declared(REGISTRY.get(kind))} if kind in known else ()
+    return {
+        name: value
+        for name, value in values.items()
+        if value or (name in own and not isinstance(value, list | str))
+    }
 
 
-def _empty(name: str, kind: type) -> Parameter:
-    return Parameter(name, _ros_type(name, kind), kind())
+def _empty(descriptor: ParameterDescriptor) -> Parameter:
+    kind = Parameter.Type(descriptor.type)
+    empty = {Parameter.Type.STRING: "", Parameter.Type.INTEGER: 0, Parameter.Type.DOUBLE: 0.0}
+    return Parameter(descriptor.name, kind, empty.get(kind, []))
 
 
 def _plain(value: Any) -> Any:
     """Lists, which can be compared, instead of the kinds of array that rclpy hands out."""
     return list(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
-
-
-def _is_given(value: Any) -> bool:
-    """Empty lists, empty words and zeros stand for fields that a policy does not have."""
-    return value is not None and bool(len(value) if hasattr(value, "__len__") else value)

@@ -86,8 +86,6 @@ def test_starting_policies():
         random_start(task, dataclasses.replace(SETTINGS, policy="linear"), task.start).kind
         == "linear"
     )
-    with pytest.raises(InvalidSettingError, match="rbf, linear"):
-        random_start(task, dataclasses.replace(SETTINGS, policy="linear_phase"), task.start)
 
 
 @pytest.mark.parametrize("changes", [{"layout": None}, {"horizon": 0}])

@@ -18,6 +18,7 @@ from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.search.optimisers import OPTIMISERS
 from irlpilco_ros.learning.search.policy_search import search_policy
+from irlpilco_ros.learning.settings import declarations
 
 LIMIT = np.array([1.0, 0.8])
 
@@ -176,7 +177,6 @@ def test_screening_improves_every_start_before_the_best_goes_on():
 
 
 def test_the_settings_offer_the_optimisers_there_are():
-    offered = next(f for f in dataclasses.fields(LearningSettings) if f.name == "optimiser")
-    assert declared(offered).choices == tuple(OPTIMISERS)
+    assert declarations(LearningSettings)["optimiser"].choices == tuple(OPTIMISERS)
     with pytest.raises(InvalidSettingError, match="gauss_newton, bfgs, lbfgs"):
         search_policy(objective(), [policy()], "newton", 5)

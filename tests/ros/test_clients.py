@@ -7,9 +7,9 @@ import time
 from pathlib import Path
 
 import pytest
-import rclpy
 
-from irlpilco_ros.ros.clients import Clients, ServiceError
+from irlpilco_ros.ros.clients import ServiceError
+from irlpilco_ros.ros.session import Session
 
 pytestmark = pytest.mark.dds
 MINIMAL = str(Path(__file__).with_name("minimal_node.py"))
@@ -51,25 +51,17 @@ def test_an_answer_that_does_not_come_in_time_is_an_error_and_the_node_stays_res
     assert "minimal/dawdle did not answer within 0.3 s" in waiting.result().message
 
 
-@pytest.fixture
-def caller(graph):
-    """A client node that nobody else spins, as in the command line."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=graph.domain)
-    node = rclpy.create_node("caller", context=context)
-    yield Clients(node)
-    node.destroy_node()
-    context.try_shutdown()
-
-
-def test_blocking_calls_give_the_message_or_the_reason(caller, other):
-    caller.set_parameters_blocking("other", {"gain": 3.5, "limits": (1.0, 2.0)})
-    message = caller.trigger_blocking("other/settings", 5.0)
-    assert "gain=3.5" in message
-    assert "limits=(1.0, 2.0)" in message
-    with pytest.raises(ServiceError, match=r"other refused the parameters: .*valid values"):
-        caller.set_parameters_blocking("other", {"mode": "loud"})
-    with pytest.raises(ServiceError, match=r"other/dawdle did not answer within 0\.2 s"):
-        caller.trigger_blocking("other/dawdle", 0.2)
-    with pytest.raises(ServiceError, match="nobody/there is not there"):
-        caller.trigger_blocking("nobody/there", 1.0, wait=0.2)
+def test_the_command_line_gets_the_message_or_the_reason(graph, other, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
+    with Session("caller") as caller:
+        clients = caller.clients
+        caller.run(clients.set_parameters("other", {"gain": 3.5, "limits": (1.0, 2.0)}))
+        message = caller.trigger("other/settings", 5.0)
+        assert "gain=3.5" in message
+        assert "limits=(1.0, 2.0)" in message
+        with pytest.raises(ServiceError, match=r"other refused the parameters: .*valid values"):
+            caller.run(clients.set_parameters("other", {"mode": "loud"}))
+        with pytest.raises(ServiceError, match=r"other/dawdle did not answer within 0\.2 s"):
+            caller.trigger("other/dawdle", 0.2)
+        with pytest.raises(ServiceError, match="nobody/there is not there"):
+            caller.run(clients.trigger("nobody/there", 1.0, wait=0.2))

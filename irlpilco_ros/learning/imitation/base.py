@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any, ClassVar
 
 from irlpilco_ros.learning.costs.base import Cost, StepwiseCost, discounts
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.registry import Extension, Registry
 from irlpilco_ros.learning.task import Task
-
-if TYPE_CHECKING:
-    from irlpilco_ros.learning.learning_settings import LearningSettings
 
 
 @dataclass(frozen=True)
@@ -20,11 +17,13 @@ class Imitation(Extension, ABC):
     """A way of imitating; `imitation` of the learning settings names one.
 
     Attributes:
-        settings: How to learn.
+        settings: Its own settings, an instance of `Settings`.
+        discount: gamma, the weight of each step relative to the one before.
         warm_up: Name of the way that a search goes before this one; "" if none does.
     """
 
-    settings: LearningSettings
+    settings: Any
+    discount: float
     warm_up: ClassVar[str] = ""
 
     def deviation(self, differences: Array) -> Array:
@@ -55,7 +54,7 @@ class Imitation(Extension, ABC):
 
     def discounts(self, horizon: int) -> Array:
         """Return gamma^t for t = 0..H, with 0 for t = 0, shape (H + 1,)."""
-        return discounts(self.settings.discount, horizon)
+        return discounts(self.discount, horizon)
 
 
 REGISTRY: Registry[Imitation] = Registry(

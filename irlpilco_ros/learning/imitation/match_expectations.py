@@ -20,4 +20,4 @@ class MatchExpectations(Imitation):
     def cost(self, task: Task, weights: Array) -> FeatureExpectations:
         """Return the squared deviation of the discounted sum."""
         reference = task.reference_features()
-        return FeatureExpectations(task.feature_map, reference, weights, self.settings.discount)
+        return FeatureExpectations(task.feature_map, reference, weights, self.discount)

@@ -20,11 +20,11 @@ class MatchTrajectory(Imitation):
     warm_up = "feature_matching"
 
     def cost(self, task: Task, weights: Array) -> TrajectoryKl:
-        """Return the divergence of prediction and demonstrations; weights do not matter."""
+        """Return the divergence of the prediction from the demonstrations, without weights."""
         return TrajectoryKl(
             task.feature_map,
             task.reference_features(),
             task.reference_covariances(),
             task.feature_noise(),
-            self.settings.discount,
+            self.discount,
         )

@@ -1,39 +1,40 @@
-"""Policies: from states to controls, for the robot and for Gaussian beliefs alike."""
+"""Policies: from states to controls, for the robot and for Gaussian states alike.
+
+A policy of another package is offered by an entry point of the group irlpilco_ros.policies.
+"""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.policies.base import REGISTRY, Arrays, Policy, register, searchable
+from irlpilco_ros.learning.policies.base import REGISTRY, Arrays, Policy, check_names
+from irlpilco_ros.learning.policies.declaration import control_limit, fixed, number, parameter
 from irlpilco_ros.learning.policies.linear import LinearPolicy
 from irlpilco_ros.learning.policies.linear_phase import LinearPhasePolicy
 from irlpilco_ros.learning.policies.open_loop import OpenLoopPolicy
 from irlpilco_ros.learning.policies.rbf import RbfPolicy
 
 
-def from_arrays(kind: str, arrays: Mapping[str, Any]) -> Policy:
-    """Return the policy of a kind from the arrays that its `to_arrays` returned.
+def searchable() -> tuple[str, ...]:
+    """Return the names of the policies that can be learned."""
+    return tuple(cls.kind for cls in REGISTRY.classes() if cls.searchable)
+
+
+def from_arrays(arrays: Mapping[str, Any]) -> Policy:
+    """Return the policy from what its `to_arrays` returned.
 
     Args:
-        kind: A name in the registry.
-        arrays: Fields of the policy by name, of the right shapes; integers may be 0-d arrays.
+        arrays: `kind`, and the fields of the policy by name, of the right shapes; lists are fine,
+            and numbers may be 0-d arrays.
 
     Raises:
         InvalidSettingError: unknown kind, missing or unknown names, wrong shapes, not finite.
     """
-    make = REGISTRY.get(kind)
-    wanted = {field.name for field in dataclasses.fields(make)}
-    if set(arrays) != wanted:
-        missing, unknown = sorted(wanted - set(arrays)), sorted(set(arrays) - wanted)
-        raise InvalidSettingError(
-            f"a {kind} policy needs {', '.join(sorted(wanted))}; "
-            f"missing: {', '.join(missing) or 'none'}; unknown: {', '.join(unknown) or 'none'}"
-        )
-    policy: Policy = make(**arrays)
-    return policy
+    cls = REGISTRY.get(str(arrays["kind"]))
+    fields = {name: value for name, value in arrays.items() if name != "kind"}
+    check_names(cls, fields)
+    return cls(**fields)
 
 
 __all__ = [
@@ -44,7 +45,10 @@ __all__ = [
     "OpenLoopPolicy",
     "Policy",
     "RbfPolicy",
+    "control_limit",
+    "fixed",
     "from_arrays",
-    "register",
+    "number",
+    "parameter",
     "searchable",
 ]

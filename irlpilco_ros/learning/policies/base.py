@@ -1,45 +1,134 @@
-"""What every policy can do, and the checks that all of them share."""
+"""What a policy is: arrays that it declares once, and its control at a Gaussian state.
+
+Everything else about the arrays (checks, the parameter vector of policy search, ROS parameters, the
+policy file, the documentation) follows from their declaration.
+"""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Protocol
+import dataclasses
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.policies.declaration import Declared, declared, with_shape
 from irlpilco_ros.learning.registry import Extension, Registry
+from irlpilco_ros.learning.task import Task
 
-Arrays = dict[str, Array | float | int]
-"""A policy as named arrays and numbers: what files and ROS parameters hold."""
+Arrays = dict[str, Array | float | int | str]
+"""A policy as its `kind` and named arrays and numbers: what files and ROS parameters hold."""
+
+SMALL = 0.1
+"""Standard deviation of the parameters that PILCO's first search starts from."""
 
 
-class Policy(Protocol):
-    """A map from state and step to controls, for a robot and for a Gaussian belief alike."""
+class Policy(Extension):
+    """A map from state and step to controls, for a robot and for a Gaussian state alike.
 
-    @property
-    def kind(self) -> str:
-        """Name of the kind of policy, as in files."""
+    A policy is a frozen dataclass whose fields are made with `parameter`, `fixed` and `number` of
+    this package. It has a field `control_limit` of shape "F", and its arrays tell D, or it has a
+    field `state_size`.
 
-    @property
-    def control_limit(self) -> Array:
-        """Largest absolute value of each control, shape (F,)."""
+    Attributes:
+        control_limit: Largest absolute value of each control, shape (F,).
+        state_size: Number of state dimensions D that the policy sees.
+        searchable: Whether policy search can improve it, so that it may be learned.
+    """
 
-    @property
-    def state_size(self) -> int:
-        """Number of state dimensions D that the policy sees."""
+    searchable: ClassVar[bool] = True
+    control_limit: Array
+    state_size: int
+
+    def __post_init__(self) -> None:
+        """Check every field; subclasses with more to check do so after this.
+
+        Raises:
+            InvalidSettingError: names the field, and what was expected.
+        """
+        sizes: dict[str, int] = {}
+        for field in declared(type(self)):
+            value = field.checked(self.kind, getattr(self, field.name), sizes)
+            object.__setattr__(self, field.name, value)
+        if "D" in sizes:
+            object.__setattr__(self, "state_size", sizes["D"])
+
+    @classmethod
+    @abstractmethod
+    def zero(cls, task: Task, control_limit: Array, settings: Any) -> Self:
+        """Return the policy that does nothing, of the size that the task needs.
+
+        Args:
+            task: What is to be learned.
+            control_limit: Largest absolute value of each control, shape (F,).
+            settings: An instance of `cls.Settings`.
+        """
+
+    @classmethod
+    def random_start(
+        cls, task: Task, start: Gaussian, settings: Any, rng: np.random.Generator
+    ) -> Self:
+        """Return what classical PILCO's first search starts from: small random parameters.
+
+        Args:
+            task: What is to be learned.
+            start: What the policy sees at the start of a trial.
+            settings: An instance of `cls.Settings`.
+            rng: Source of the numbers.
+        """
+        zero = cls.zero(task, task.control_limit, settings)
+        return zero.with_parameters(SMALL * rng.standard_normal(zero.parameters.shape))
+
+    def fit(self, steps: Array, states: Array, controls: Array) -> Self | None:
+        """Return the policy that gives controls before squashing (n, F), nearly.
+
+        Args:
+            steps: Of the trial, whole numbers, shape (n,).
+            states: What the policy sees, shape (n, D).
+            controls: Wanted before squashing, shape (n, F).
+
+        Returns:
+            None if this kind of policy cannot be fitted.
+        """
+        return None
+
+    def fit_demonstration(self, states: Array, controls: Array) -> Self | None:
+        """Return the policy for the first trial: arguments as `fit`, one row for each step."""
+        return self.fit(np.arange(float(len(states))), states, controls)
 
     @property
     def parameters(self) -> Array:
-        """What policy search changes, as one vector (p,)."""
+        """What policy search changes, as one vector (p,): arrays as declared, row by row."""
+        return np.concatenate([getattr(self, each.name).ravel() for each in self._searched()])
 
-    def with_parameters(self, parameters: Array) -> Policy:
-        """Return the same kind of policy with other parameters (p,)."""
+    def with_parameters(self, parameters: Array) -> Self:
+        """Return the policy with other parameters, laid out as in `parameters`.
+
+        Raises:
+            InvalidSettingError: if their number is wrong.
+        """
+        vector = np.asarray(parameters, dtype=float)
+        shapes = {each.name: getattr(self, each.name).shape for each in self._searched()}
+        ends = np.cumsum([int(np.prod(shape)) for shape in shapes.values()])
+        if vector.shape != (ends[-1],):
+            raise InvalidSettingError(
+                f"a {self.kind} policy of this size has {ends[-1]} parameters; got an array of "
+                f"shape {vector.shape}"
+            )
+        parts = np.split(vector, ends[:-1])
+        changes = {name: part.reshape(shapes[name]) for name, part in zip(shapes, parts)}  # noqa: B905
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial, within the limit."""
+        moments, _ = self.moments(Gaussian(state, np.zeros((len(state),) * 2)), step, False)
+        return moments.mean
 
+    @abstractmethod
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
     ) -> tuple[Moments, ParameterPullback | None]:
@@ -51,6 +140,10 @@ class Policy(Protocol):
         Used for Gauss-Newton curvature only: the influence of the parameters on the mean by way
         of the control's spread may be left out.
         """
+        moments, pullback = self.moments(state, step)
+        assert pullback is not None
+        nothing = np.zeros_like(moments.covariance), np.zeros_like(moments.jacobian)
+        return np.stack([pullback(row, *nothing)[2] for row in np.eye(len(moments.mean))])
 
     def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
         """Return the Hessian by the parameters (p, p) of tr(cost_weight cov u), as far as gains go.
@@ -63,6 +156,7 @@ class Policy(Protocol):
         Returns:
             A positive semidefinite matrix, or None if this kind of policy does not know it.
         """
+        return None
 
     def change_metric(self, state: Gaussian, step: int) -> Array | None:
         """Return G (p, p) with d'G d = E |change of the control before squashing|^2.
@@ -70,80 +164,46 @@ class Policy(Protocol):
         The change is that of the parameters by d, the state Gaussian. None if this kind of policy
         does not know it; policy search then takes all parameters to matter alike.
         """
+        return None
 
     def to_arrays(self) -> Arrays:
         """Return everything that `policies.from_arrays` needs to make this policy again."""
+        fields = {each.name: getattr(self, each.name) for each in declared(type(self))}
+        return {"kind": self.kind, **fields}
+
+    @classmethod
+    def from_lists(cls, values: Mapping[str, Any], sizes: Mapping[str, int]) -> Self:
+        """Return the policy whose arrays are flat lists, as in ROS parameters.
+
+        Args:
+            values: By the names of the fields; numbers are as they are.
+            sizes: The numbers of controls F and of state dimensions D.
+
+        Raises:
+            InvalidSettingError: missing or unknown names, wrong lengths or types, not finite.
+        """
+        check_names(cls, values)
+        shaped = {each.name: with_shape(each, values[each.name], sizes) for each in declared(cls)}
+        return cls(**shaped)
+
+    def _searched(self) -> list[Declared]:
+        return [each for each in declared(type(self)) if each.searched]
 
 
-class RegisteredPolicy(Extension):
-    """What the registry knows of a kind of policy.
-
-    Attributes:
-        is_searchable: Whether policy search can change it.
-    """
-
-    is_searchable: ClassVar[bool] = True
-
-
-REGISTRY: Registry[Any] = Registry("irlpilco_ros.policies", RegisteredPolicy)
-"""Every kind of policy by its name."""
-
-register = REGISTRY.register
-
-
-def searchable() -> tuple[str, ...]:
-    """Return the names of the kinds of policy that policy search can change."""
-    return tuple(cls.kind for cls in REGISTRY.classes() if cls.is_searchable)
-
-
-def checked_array(owner: str, name: str, value: object, shape: tuple[int | None, ...]) -> Array:
-    """Return the value as a finite float array of a shape; None stands for any length.
-
-    Raises:
-        InvalidSettingError: says which array of which policy is wrong, and what was expected.
-    """
-    array = np.array(value, dtype=float)
-    fits = array.ndim == len(shape) and all(
-        want is None or have == want for have, want in zip(array.shape, shape, strict=True)
-    )
-    if not fits:
-        wanted = tuple("any" if want is None else want for want in shape)
-        raise InvalidSettingError(
-            f"{name} of a {owner} policy has shape {array.shape}; expected {wanted}"
-        )
-    if not np.isfinite(array).all():
-        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise InvalidSettingError(
-            f"{name} of a {owner} policy holds {array[where]} at {where}; expected finite numbers"
-        )
-    array.flags.writeable = False
-    return array
-
-
-def checked_limit(owner: str, value: object, size: int) -> Array:
-    """Return the control limit as a finite, non-negative array (F,).
+def check_names(cls: type[Policy], values: Mapping[str, Any]) -> None:
+    """Refuse values that are not those of the fields of a kind of policy.
 
     Raises:
-        InvalidSettingError: if it is not.
+        InvalidSettingError: names what is missing and what is unknown.
     """
-    limit = checked_array(owner, "control_limit", value, (size,))
-    if (limit < 0.0).any():
+    wanted = {each.name for each in declared(cls)}
+    if set(values) != wanted:
+        missing, unknown = sorted(wanted - set(values)), sorted(set(values) - wanted)
         raise InvalidSettingError(
-            f"control_limit of a {owner} policy holds {limit.min()}; expected at least 0"
+            f"a {cls.kind} policy needs {', '.join(sorted(wanted))}; "
+            f"missing: {', '.join(missing) or 'none'}; unknown: {', '.join(unknown) or 'none'}"
         )
-    return limit
 
 
-def checked_vector(policy: Policy, parameters: Array) -> Array:
-    """Return the parameter vector if its length fits the policy.
-
-    Raises:
-        InvalidSettingError: if it does not.
-    """
-    vector = np.asarray(parameters, dtype=float)
-    if vector.shape != policy.parameters.shape:
-        raise InvalidSettingError(
-            f"a {policy.kind} policy of this size has {policy.parameters.shape[0]} parameters; "
-            f"got an array of shape {vector.shape}"
-        )
-    return vector
+REGISTRY: Registry[Policy] = Registry("irlpilco_ros.policies", Policy)  # type: ignore[type-abstract]
+"""The kinds of policies."""

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.moments.squashing import squash, squashed_moments, squashing_slope
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies.base import (
-    Arrays,
-    RegisteredPolicy,
-    checked_array,
-    checked_limit,
-    checked_vector,
-    register,
-)
+from irlpilco_ros.learning.policies.base import REGISTRY, SMALL, Policy
+from irlpilco_ros.learning.policies.declaration import control_limit, parameter
+from irlpilco_ros.learning.policies.ridge import ridge
+from irlpilco_ros.learning.registry import NoSettings
+from irlpilco_ros.learning.task import Task
 
 AffinePullback = Callable[[Array, Array, Array], tuple[Array, Array, Array, Array]]
 
 
-@register("linear")
+RIDGE = 1e-2
+"""Of a fit, relative to the states' own mean square: holds it together with few steps."""
+
+
+@REGISTRY.register("linear")
 @dataclass(frozen=True)
-class LinearPolicy(RegisteredPolicy):
+class LinearPolicy(Policy):
     """u = squash(W x + b).
 
     Attributes:
@@ -33,34 +35,32 @@ class LinearPolicy(RegisteredPolicy):
         control_limit: Largest absolute value of each control, shape (F,).
     """
 
-    weights: Array
-    bias: Array
-    control_limit: Array
+    weights: Array = parameter(
+        "F D", "Gain of each joint's control on each state dimension, row by row."
+    )
+    bias: Array = parameter("F", "Constant part of each joint's control before squashing.")
+    control_limit: Array = control_limit()
 
-    def __post_init__(self) -> None:
-        weights = checked_array(self.kind, "weights", self.weights, (None, None))
-        object.__setattr__(self, "weights", weights)
-        bias = checked_array(self.kind, "bias", self.bias, (len(weights),))
-        object.__setattr__(self, "bias", bias)
-        limit = checked_limit(self.kind, self.control_limit, len(weights))
-        object.__setattr__(self, "control_limit", limit)
+    @classmethod
+    def zero(cls, task: Task, control_limit: Array, settings: NoSettings) -> Self:
+        """Return the policy that does nothing."""
+        F = task.control_size
+        return cls(np.zeros((F, task.policy_size)), np.zeros(F), control_limit)
 
-    @property
-    def state_size(self) -> int:
-        """Number of state dimensions D."""
-        return int(self.weights.shape[1])
+    @classmethod
+    def random_start(
+        cls, task: Task, start: Gaussian, settings: NoSettings, rng: np.random.Generator
+    ) -> Self:
+        """Return small random gains without a bias."""
+        F = task.control_size
+        weights = SMALL * rng.standard_normal((F, len(start.mean)))
+        return cls(weights, np.zeros(F), task.control_limit)
 
-    @property
-    def parameters(self) -> Array:
-        """W row by row, then b: shape (F D + F,)."""
-        return np.concatenate([self.weights.ravel(), self.bias])
-
-    def with_parameters(self, parameters: Array) -> LinearPolicy:
-        """Return the policy with other parameters, laid out as in `parameters`."""
-        vector = checked_vector(self, parameters)
-        size = self.weights.size
-        weights = vector[:size].reshape(self.weights.shape)
-        return LinearPolicy(weights, vector[size:], self.control_limit)
+    def fit(self, steps: Array, states: Array, controls: Array) -> Self:
+        """Return the linear policy that gives controls before squashing (n, F), nearly."""
+        centre, mean = states.mean(axis=0), controls.mean(axis=0)
+        weights = ridge(states - centre, controls - mean, RIDGE).T
+        return type(self)(weights, mean - weights @ centre, self.control_limit)
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,)."""
@@ -97,10 +97,6 @@ class LinearPolicy(RegisteredPolicy):
     def change_metric(self, state: Gaussian, step: int) -> Array:
         """Return the mean square of a change (dW x + db) at a Gaussian state, (p, p)."""
         return affine_metric(len(self.bias), state, np.ones(1))
-
-    def to_arrays(self) -> Arrays:
-        """Return the fields by name."""
-        return {"weights": self.weights, "bias": self.bias, "control_limit": self.control_limit}
 
 
 def affine_moments(

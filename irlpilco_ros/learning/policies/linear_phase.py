@@ -6,34 +6,34 @@ movement that crosses its own path. The moments stay those of the linear policy.
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
-from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies.base import (
-    Arrays,
-    RegisteredPolicy,
-    checked_array,
-    checked_limit,
-    checked_vector,
-    register,
-)
+from irlpilco_ros.learning.policies.base import REGISTRY, Policy
+from irlpilco_ros.learning.policies.declaration import control_limit, number, parameter
 from irlpilco_ros.learning.policies.linear import (
     affine_metric,
     affine_moments,
     affine_slope,
     each_row,
 )
-from irlpilco_ros.learning.settings import setting
+from irlpilco_ros.learning.policies.ridge import BUMP_RIDGE, ridge
+from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning.task import Task
+
+_FEED_FORWARD_RIDGE = 1e-6  # relative to the bumps' mean square
 
 
-@register("linear_phase")
+@REGISTRY.register("linear_phase")
 @dataclass(frozen=True)
-class LinearPhasePolicy(RegisteredPolicy):
+class LinearPhasePolicy(Policy):
     """u[t] = squash(W x + B psi(t)), psi being Gaussian bumps over the trial that sum to one.
 
     Attributes:
@@ -45,51 +45,47 @@ class LinearPhasePolicy(RegisteredPolicy):
 
     @dataclass(frozen=True)
     class Settings:
-        """How finely the feed-forward is resolved."""
+        """How fine the feed-forward is."""
 
         count: int = setting(
-            16, "Number of feed-forward bumps over the trial.", minimum=1, maximum=1000
+            16,
+            "Number of bumps over the trial that the feed-forward is made of: more follow faster "
+            "changes and take more parameters.",
+            minimum=1,
+            maximum=1000,
         )
 
-    weights: Array
-    phase_weights: Array
-    horizon: int
-    control_limit: Array
+        def __post_init__(self) -> None:
+            check(self)
 
-    def __post_init__(self) -> None:
-        weights = checked_array(self.kind, "weights", self.weights, (None, None))
-        object.__setattr__(self, "weights", weights)
-        phase = checked_array(self.kind, "phase_weights", self.phase_weights, (len(weights), None))
-        object.__setattr__(self, "phase_weights", phase)
-        limit = checked_limit(self.kind, self.control_limit, len(weights))
-        object.__setattr__(self, "control_limit", limit)
-        object.__setattr__(self, "horizon", int(self.horizon))
-        if self.horizon < 1 or phase.shape[1] < 1:
-            raise InvalidSettingError(
-                f"a {self.kind} policy needs a horizon and a number of bumps of at least 1; "
-                f"got {self.horizon} and {phase.shape[1]}"
-            )
+    weights: Array = parameter(
+        "F D", "Gain of each joint's control on each state dimension, row by row."
+    )
+    phase_weights: Array = parameter(
+        "F K", "Feed-forward of each joint on each phase feature, row by row."
+    )
+    horizon: int = number(
+        "Number of control periods over which the phase features are spread.", minimum=1
+    )
+    control_limit: Array = control_limit()
 
-    @property
-    def state_size(self) -> int:
-        """Number of state dimensions D."""
-        return int(self.weights.shape[1])
+    @classmethod
+    def zero(cls, task: Task, control_limit: Array, settings: Settings) -> Self:
+        """Return the policy that does nothing."""
+        F = task.control_size
+        phases = np.zeros((F, settings.count))
+        return cls(np.zeros((F, task.policy_size)), phases, task.horizon, control_limit)
 
-    @property
-    def parameters(self) -> Array:
-        """W row by row, then B row by row: shape (F D + F K,)."""
-        return np.concatenate([self.weights.ravel(), self.phase_weights.ravel()])
+    def fit_demonstration(self, states: Array, controls: Array) -> Self:
+        """Return the feed-forward that gives controls before squashing (H, F), nearly."""
+        bumps = ridge(self._phases(range(len(states))), controls, _FEED_FORWARD_RIDGE).T
+        return dataclasses.replace(self, phase_weights=bumps)
 
-    def with_parameters(self, parameters: Array) -> LinearPhasePolicy:
-        """Return the policy with other parameters, laid out as in `parameters`."""
-        vector = checked_vector(self, parameters)
-        size = self.weights.size
-        return LinearPhasePolicy(
-            vector[:size].reshape(self.weights.shape),
-            vector[size:].reshape(self.phase_weights.shape),
-            self.horizon,
-            self.control_limit,
-        )
+    def fit(self, steps: Array, states: Array, controls: Array) -> Self:
+        """Return gains and feed-forward that give controls before squashing (n, F), nearly."""
+        both = ridge(np.hstack([states, self._phases(steps)]), controls, BUMP_RIDGE).T
+        split = states.shape[1]
+        return dataclasses.replace(self, weights=both[:, :split], phase_weights=both[:, split:])
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial."""
@@ -133,19 +129,15 @@ class LinearPhasePolicy(RegisteredPolicy):
         phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
         return affine_metric(len(self.weights), state, phase)
 
-    def to_arrays(self) -> Arrays:
-        """Return the fields by name."""
-        return {
-            "weights": self.weights,
-            "phase_weights": self.phase_weights,
-            "horizon": self.horizon,
-            "control_limit": self.control_limit,
-        }
-
     def _feed_forward(self, step: int) -> Array:
         count = self.phase_weights.shape[1]
         feed_forward: Array = self.phase_weights @ phase_features(step, count, self.horizon)
         return feed_forward
+
+    def _phases(self, steps: Iterable[Any]) -> Array:
+        """Return psi(t) of steps (n,), shape (n, K)."""
+        count = self.phase_weights.shape[1]
+        return np.stack([phase_features(int(t), count, self.horizon) for t in steps])
 
 
 def phase_features(step: int, count: int, horizon: int) -> Array:

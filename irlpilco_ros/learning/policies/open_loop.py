@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies.base import (
-    Arrays,
-    RegisteredPolicy,
-    checked_array,
-    checked_limit,
-    checked_vector,
-    register,
-)
+from irlpilco_ros.learning.policies.base import REGISTRY, Policy
+from irlpilco_ros.learning.policies.declaration import control_limit, number, parameter
+from irlpilco_ros.learning.registry import NoSettings
+from irlpilco_ros.learning.task import Task
 
 
-@register("open_loop")
+@REGISTRY.register("open_loop")
 @dataclass(frozen=True)
-class OpenLoopPolicy(RegisteredPolicy):
+class OpenLoopPolicy(Policy):
     """u[t] = table[t], whatever the state; zero after the end of the table.
 
     Attributes:
@@ -31,36 +27,29 @@ class OpenLoopPolicy(RegisteredPolicy):
         state_size: Number of state dimensions D of the robot.
     """
 
-    is_searchable: ClassVar[bool] = False
-    controls: Array
-    control_limit: Array
-    state_size: int
+    searchable: ClassVar[bool] = False
+    controls: Array = parameter("H F", "Controls of each period, row by row.", "rad/s, or Nm")
+    control_limit: Array = control_limit()
+    state_size: int = number(
+        "Number of state dimensions: positions and velocities of the joints.", minimum=0
+    )
 
     def __post_init__(self) -> None:
-        controls = checked_array(self.kind, "controls", self.controls, (None, None))
-        object.__setattr__(self, "controls", controls)
-        limit = checked_limit(self.kind, self.control_limit, controls.shape[1])
-        object.__setattr__(self, "control_limit", limit)
-        object.__setattr__(self, "state_size", int(self.state_size))
-        excess = np.abs(controls) - limit
+        """Check the fields, and the table against the limit."""
+        super().__post_init__()
+        excess = np.abs(self.controls) - self.control_limit
         if (excess > 1e-9).any():
             step, joint = (int(i) for i in np.unravel_index(excess.argmax(), excess.shape))
             raise InvalidSettingError(
-                f"controls of an {self.kind} policy hold {controls[step, joint]} at step {step}, "
-                f"control {joint}; the limit is {limit[joint]}"
+                f"controls of an {self.kind} policy hold {self.controls[step, joint]} at step "
+                f"{step}, control {joint}; the limit is {self.control_limit[joint]}"
             )
 
-    @property
-    def parameters(self) -> Array:
-        """The table row by row, shape (H F,)."""
-        return self.controls.ravel()
-
-    def with_parameters(self, parameters: Array) -> OpenLoopPolicy:
-        """Return the policy with another table."""
-        vector = checked_vector(self, parameters)
-        return OpenLoopPolicy(
-            vector.reshape(self.controls.shape), self.control_limit, self.state_size
-        )
+    @classmethod
+    def zero(cls, task: Task, control_limit: Array, settings: NoSettings) -> Self:
+        """Return the table of zeros."""
+        table = np.zeros((task.horizon, task.control_size))
+        return cls(table, control_limit, task.policy_size)
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) of a step, whatever the state."""
@@ -93,19 +82,3 @@ class OpenLoopPolicy(RegisteredPolicy):
         """Return d control / d table, shape (F, H F): ones where the step's row is."""
         size = self.controls.shape[1]
         return np.eye(size, self.controls.size, step * size)
-
-    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
-        """Return None: a table has no gains."""
-        return None
-
-    def change_metric(self, state: Gaussian, step: int) -> Array | None:
-        """Return None: every control is a parameter of its own."""
-        return None
-
-    def to_arrays(self) -> Arrays:
-        """Return the fields by name."""
-        return {
-            "controls": self.controls,
-            "control_limit": self.control_limit,
-            "state_size": self.state_size,
-        }

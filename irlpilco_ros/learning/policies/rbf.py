@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.gp.kernel import squared_exponential
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterPullback
 from irlpilco_ros.learning.moments.radial_basis import Bumps, FitPullback, bumps_moments, fit_bumps
 from irlpilco_ros.learning.moments.squashing import squashed_moments
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies.base import (
-    Arrays,
-    RegisteredPolicy,
-    checked_array,
-    checked_limit,
-    checked_vector,
-    register,
-)
-from irlpilco_ros.learning.settings import setting
+from irlpilco_ros.learning.policies.base import REGISTRY, SMALL, Policy
+from irlpilco_ros.learning.policies.declaration import control_limit, parameter
+from irlpilco_ros.learning.policies.ridge import BUMP_RIDGE, ridge
+from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning.task import Task
 
 RIDGE = 0.01**2
 """PILCO's: targets have a noise of 0.01 of the bumps' height."""
@@ -29,9 +28,9 @@ VARIANCE_FLOOR = 1e-6
 """PILCO's: added to each control's variance before squashing."""
 
 
-@register("rbf")
+@REGISTRY.register("rbf")
 @dataclass(frozen=True)
-class RbfPolicy(RegisteredPolicy):
+class RbfPolicy(Policy):
     """u_a = squash(sum_i beta_ai exp(-|x - c_i|^2 / 2)), |.| by widths, bumps through targets.
 
     The heights follow from targets at the centres, which is kinder to gradients than the heights
@@ -48,56 +47,71 @@ class RbfPolicy(RegisteredPolicy):
     class Settings:
         """How many bumps there are."""
 
-        count: int = setting(10, "Number of radial basis functions.", minimum=1, maximum=1000)
-
-    centres: Array
-    targets: Array
-    log_widths: Array
-    control_limit: Array
-
-    def __post_init__(self) -> None:
-        centres = checked_array(self.kind, "centres", self.centres, (None, None))
-        targets = checked_array(self.kind, "targets", self.targets, (len(centres), None))
-        widths = checked_array(self.kind, "log_widths", self.log_widths, (None, centres.shape[1]))
-        limit = checked_limit(self.kind, self.control_limit, targets.shape[1])
-        for name, value in (
-            ("centres", centres),
-            ("targets", targets),
-            ("log_widths", widths),
-            ("control_limit", limit),
-        ):
-            object.__setattr__(self, name, value)
-        if len(widths) not in (1, len(limit)):
-            raise InvalidSettingError(
-                f"log_widths of an rbf policy has {len(widths)} rows; expected 1 (shared) or "
-                f"{len(limit)}, one for each control"
-            )
-
-    @property
-    def state_size(self) -> int:
-        """Number of state dimensions D."""
-        return int(self.centres.shape[1])
-
-    @property
-    def parameters(self) -> Array:
-        """Centres, targets and log widths, each row by row."""
-        return np.concatenate([self.centres.ravel(), self.targets.ravel(), self.log_widths.ravel()])
-
-    def with_parameters(self, parameters: Array) -> RbfPolicy:
-        """Return the policy with other parameters, laid out as in `parameters`."""
-        vector = checked_vector(self, parameters)
-        first, second = self.centres.size, self.centres.size + self.targets.size
-        return RbfPolicy(
-            vector[:first].reshape(self.centres.shape),
-            vector[first:second].reshape(self.targets.shape),
-            vector[second:].reshape(self.log_widths.shape),
-            self.control_limit,
+        count: int = setting(
+            10,
+            "Number of radial basis functions, each a bump around a state: more can do more "
+            "complicated motions and take longer to learn.",
+            minimum=1,
+            maximum=1000,
         )
 
-    def act(self, state: Array, step: int) -> Array:
-        """Return the control (F,) for a state (D,): the mean of `moments` without spread."""
-        moments, _ = self.moments(Gaussian(state, np.zeros((len(state),) * 2)), step, False)
-        return moments.mean
+        def __post_init__(self) -> None:
+            check(self)
+
+    centres: Array = parameter(
+        "N D", "State at which each radial basis function is centred, row by row."
+    )
+    targets: Array = parameter(
+        "N F", "Value of each joint's control at each centre before squashing, row by row."
+    )
+    log_widths: Array = parameter(
+        "W D",
+        "Logarithm of the basis functions' width along each state dimension: one row for all "
+        "controls, or one for each.",
+    )
+    control_limit: Array = control_limit()
+
+    def __post_init__(self) -> None:
+        """Check the fields; widths are shared, or there is one row for each control."""
+        super().__post_init__()
+        if len(self.log_widths) not in (1, len(self.control_limit)):
+            raise InvalidSettingError(
+                f"log_widths of an rbf policy has {len(self.log_widths)} rows; expected 1 (shared) "
+                f"or {len(self.control_limit)}, one for each control"
+            )
+
+    @classmethod
+    def zero(cls, task: Task, control_limit: Array, settings: Settings) -> Self:
+        """Return flat bumps along the demonstration, as wide as it is long in each dimension."""
+        states = task.state_layout.policy_view(task.reference_states())
+        widths = np.maximum(states.std(axis=0), 1e-2) * np.sqrt(states.shape[1])
+        targets = np.zeros((settings.count, task.control_size))
+        centres = states[_spread_steps(settings.count, task.horizon)]
+        return cls(centres, targets, np.log(widths)[None], control_limit)
+
+    @classmethod
+    def random_start(
+        cls, task: Task, start: Gaussian, settings: Settings, rng: np.random.Generator
+    ) -> Self:
+        """Return bumps of width one that lie where trials start, with small random heights."""
+        F, count = task.control_size, settings.count
+        centres = rng.multivariate_normal(start.mean, start.covariance, count, method="eigh")
+        targets = SMALL * rng.standard_normal((count, F))
+        return cls(centres, targets, np.zeros((F, len(start.mean))), task.control_limit)
+
+    def fit_demonstration(self, states: Array, controls: Array) -> Self:
+        """Return the bumps that give the controls before squashing (H, F) at their centres."""
+        nearest = _spread_steps(len(self.centres), len(states))
+        return dataclasses.replace(self, targets=controls[nearest])
+
+    def fit(self, steps: Array, states: Array, controls: Array) -> Self:
+        """Return the same bumps, of heights that give controls before squashing (n, F), nearly."""
+        widths = np.exp(self.log_widths)
+        bumps = squared_exponential(states, self.centres, widths[0], 1.0)
+        own = squared_exponential(self.centres, self.centres, widths[0], 1.0)
+        heights = ridge(bumps, controls, BUMP_RIDGE)
+        targets = (own + RIDGE * np.eye(len(own))) @ heights
+        return dataclasses.replace(self, targets=targets)
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
@@ -122,31 +136,13 @@ class RbfPolicy(RegisteredPolicy):
 
         return moments, pullback if gradient else None
 
-    def mean_sensitivity(self, state: Gaussian, step: int) -> Array:
-        """Return d (mean control) / d parameters at a Gaussian state, shape (F, p)."""
-        moments, pullback = self.moments(state, step)
-        assert pullback is not None
-        nothing = np.zeros_like(moments.covariance), np.zeros_like(moments.jacobian)
-        return np.stack([pullback(row, *nothing)[2] for row in np.eye(len(moments.mean))])
-
-    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
-        """Return None: the gains of a sum of bumps are no simple function of its parameters."""
-        return None
-
-    def change_metric(self, state: Gaussian, step: int) -> Array | None:
-        """Return None: centres and widths change the control in no simple way."""
-        return None
-
-    def to_arrays(self) -> Arrays:
-        """Return the fields by name."""
-        return {
-            "centres": self.centres,
-            "targets": self.targets,
-            "log_widths": self.log_widths,
-            "control_limit": self.control_limit,
-        }
-
     @cached_property
     def _fit(self) -> tuple[Bumps, FitPullback]:
         widths = np.broadcast_to(self.log_widths, (len(self.control_limit), self.state_size))
         return fit_bumps(self.centres, self.targets, widths, RIDGE)
+
+
+def _spread_steps(count: int, horizon: int) -> Array:
+    """Return as many steps as there are bumps, evenly over the trial."""
+    steps: Array = np.round(np.linspace(0, horizon - 1, count)).astype(int)
+    return steps

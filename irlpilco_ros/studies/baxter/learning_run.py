@@ -13,8 +13,7 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
 from irlpilco_ros.learning.features import REGISTRY
 from irlpilco_ros.learning.learn import weigh
-from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies import Policy, from_arrays
+from irlpilco_ros.learning.policies import Arrays, Policy, from_arrays
 from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import ROBOTS
@@ -124,13 +123,7 @@ def hand_errors(kinematics: ToolKinematics, shown: Rollout, trial: Rollout) -> l
 def learned_policy(result: Result) -> Policy:
     """Return the policy that a learning run came to after `SEVENTH` iterations, or its last."""
     rows = result["rows"]
-    kept: dict[str, Any] = rows[min(SEVENTH, len(rows) - 1)]["policy"]
-    arrays = {
-        name: np.array(value) if isinstance(value, list) else value
-        for name, value in kept.items()
-        if name != "kind"
-    }
-    return from_arrays(kept["kind"], arrays)
+    return from_arrays(rows[min(SEVENTH, len(rows) - 1)]["policy"])
 
 
 def demonstration_of(result: Result) -> Rollout:
@@ -169,11 +162,11 @@ def _row(
         "policy_seconds": iteration.policy_seconds,
         "positions": _positions(trial),
         "predicted": _prediction(iteration) if iteration.index else None,
-        "policy": {"kind": policy.kind, **_plain(policy.to_arrays())},
+        "policy": _plain(policy.to_arrays()),
     }
 
 
-def _plain(arrays: dict[str, Array | float | int]) -> dict[str, Any]:
+def _plain(arrays: Arrays) -> dict[str, Any]:
     return {
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in arrays.items()
