@@ -5,7 +5,7 @@ import pytest
 from toy_models import JOINTS, LaggingJoints, toy_model, toy_task
 
 from irlpilco_ros.learning.costs import FeatureMatching
-from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.learn import expected_cost, weigh
@@ -16,7 +16,9 @@ from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
+from irlpilco_ros.learning.search.optimisers import OPTIMISERS
 from irlpilco_ros.learning.search.policy_search import search_policy
+from irlpilco_ros.learning.settings import declarations
 
 LIMIT = np.array([1.0, 0.8])
 
@@ -164,7 +166,7 @@ def test_no_finite_start_is_an_error_that_says_what_to_do():
         search_policy(broken, [policy()], "gauss_newton", 5)
 
 
-def test_a_race_improves_every_start_before_the_best_goes_on():
+def test_screening_improves_every_start_before_the_best_goes_on():
     problem = objective()
     starts = [policy(), policy(3)]
     found = search_policy(problem, starts, "bfgs", 22, screening=8)
@@ -174,3 +176,9 @@ def test_a_race_improves_every_start_before_the_best_goes_on():
     best = min(starts, key=lambda start: problem.evaluate(start).value)
     plain = search_policy(problem, starts, "bfgs", 0)
     assert plain.cost == pytest.approx(problem.evaluate(best).value, rel=1e-12)
+
+
+def test_the_settings_offer_the_optimisers_there_are():
+    assert declarations(LearningSettings)["optimiser"].choices == tuple(OPTIMISERS)
+    with pytest.raises(InvalidSettingError, match="gauss_newton, bfgs, lbfgs"):
+        search_policy(objective(), [policy()], "newton", 5)
