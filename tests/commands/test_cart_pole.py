@@ -156,11 +156,3 @@ def test_an_expert_finds_out_of_a_detour():
     trials = [Rollout(*trial) for trial in zip(stored["states"], stored["controls"], strict=True)]
     settings = dataclasses.replace(runs.EXPERT_SETTINGS, evaluations=120)
     assert learn(task, settings, trials, previous).cost < 9.0
-
-
-@pytest.mark.parametrize("option", ["--seeds", "--expert-trials"])
-def test_nothing_to_run_is_refused_and_leaves_no_folder(option, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert cli.main(["cart-pole", option, "0", "--out", str(out)]) == 1
-    assert f"{option} is 0; expected at least 1" in capsys.readouterr().err
-    assert not out.exists()
