@@ -9,6 +9,7 @@ import subprocess
 import sys
 import sysconfig
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -24,13 +25,13 @@ NODES = (
 )
 
 
-def run(*command: object, **options: object) -> str:
+def run(*command: object, **options: Any) -> str:
     """Run a command to its end and return what it printed; it must succeed."""
     result = subprocess.run(
         [str(word) for word in command], capture_output=True, text=True, check=False, **options
     )
     assert result.returncode == 0, f"{command} failed:\n{result.stdout}\n{result.stderr}"
-    return result.stdout
+    return str(result.stdout)
 
 
 @pytest.fixture(scope="module")

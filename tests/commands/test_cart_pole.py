@@ -62,7 +62,7 @@ def test_the_page_has_the_table_and_the_figures(chapter):
         with Image.open(out / f"{name}.png") as picture:
             assert picture.size[0] > 1000
         with Image.open(out / f"{name}.gif") as film:
-            assert film.n_frames > 90
+            assert getattr(film, "n_frames", 1) > 90
     assert (out / "errors.png").exists()
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import yaml
@@ -21,7 +23,7 @@ JOINTS = ("left", "right", "waist")
 ALL = Joints(JOINTS)
 random = np.random.default_rng(3)
 LIMIT = np.array([0.5, 1.0, 1.5])
-EXAMPLES = {
+EXAMPLES: dict[str, dict[str, Any]] = {
     "linear": {"weights": (3, 6), "bias": (3,)},
     "linear_phase": {"weights": (3, 6), "phase_weights": (3, 4), "horizon": 16},
     "rbf": {"centres": (5, 6), "targets": (5, 3), "log_widths": (1, 6)},

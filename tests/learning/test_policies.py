@@ -329,7 +329,7 @@ def test_rbf_before_squashing_agrees_with_the_original(case, given, expected):
     )
     centres_bar, targets_bar, widths_bar = pull_fit(pull(*bars)[2])
     fixed = np.zeros((2, outputs))
-    found = [np.vstack([widths_bar.T, fixed]), centres_bar, targets_bar]
-    found = np.concatenate([part.ravel(order="F") for part in found])
+    parts = [np.vstack([widths_bar.T, fixed]), centres_bar, targets_bar]
+    found = np.concatenate([part.ravel(order="F") for part in parts])
     wanted = reference_bars(expected, bars, "", "p")
     np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())

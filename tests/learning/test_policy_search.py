@@ -1,4 +1,5 @@
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -91,7 +92,7 @@ class Saturated:
 
 def test_a_start_that_leads_nowhere_does_not_end_the_search():
     trap = policy(0)
-    problem = Saturated(objective(), trap)
+    problem: Any = Saturated(objective(), trap)
     found = search_policy(problem, [trap, policy()], "gauss_newton", 20, screening=4)
     assert found.cost < 0.7 * problem.lowest
     assert found.evaluations <= 2 + 20 + 4

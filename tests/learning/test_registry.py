@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from irlpilco_ros.learning.errors import InvalidSettingError
@@ -41,7 +43,7 @@ def shapes(tmp_path, monkeypatch):
     (information / "METADATA").write_text("Name: shapes_of_another\nVersion: 1.0\n")
     (information / "entry_points.txt").write_text(ENTRY_POINTS)
     monkeypatch.syspath_prepend(tmp_path)
-    registry = Registry(GROUP, Shape)
+    registry: Registry[Any] = Registry(GROUP, Shape)
     registry.register("square")(type("Square", (Shape,), {}))
     return registry
 

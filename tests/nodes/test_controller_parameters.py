@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ def graph(shared_ros):
     return shared_ros
 
 
-BAD_POLICIES = {
+BAD_POLICIES: dict[str, tuple[dict[str, Any], str]] = {
     "shape": ({"policy.controls": [0.1, 0.2, 0.3]}, "3 values"),
     "finiteness": ({"policy.controls": [0.1, math.nan]}, "expected finite numbers"),
     "limit": ({"policy.control_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
