@@ -12,8 +12,8 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
-from irlpilco_ros.learning.policies.random_start import random_start
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
+from irlpilco_ros.learning.starts.random_start import random_start
 from irlpilco_ros.learning.state_layout import StateLayout
 
 LAYOUT = StateLayout(2, angles=(0,), dynamics_inputs=(1, 2, 3), policy_inputs=(1, 2, 3))
