@@ -29,9 +29,9 @@ from irlpilco_ros.learning.judgement import judge
 from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import values_of
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from irlpilco_ros.learning.task import Task
 
 WITHOUT_EFFECT = ("threads",)

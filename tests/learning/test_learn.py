@@ -9,7 +9,7 @@ from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, apprenti
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import CubatureFeatures
 from irlpilco_ros.learning.learn import learn, weigh
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 
 SETTINGS = LearningSettings(options={"linear_phase.count": 6}, threads=1)
 

@@ -13,9 +13,9 @@ from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import OpenLoopPolicy
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
-from irlpilco_ros.learning.policies.random_start import random_start
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
+from irlpilco_ros.learning.starts.random_start import random_start
+from irlpilco_ros.learning.state_layout import StateLayout
 
 LAYOUT = StateLayout(2, angles=(0,), dynamics_inputs=(1, 2, 3), policy_inputs=(1, 2, 3))
 SETTINGS = LearningSettings(

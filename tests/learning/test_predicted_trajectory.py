@@ -16,7 +16,7 @@ from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Poli
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.predicted_trajectory import predict_step, predict_trajectory
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 
 def indices(array):

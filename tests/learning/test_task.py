@@ -7,8 +7,8 @@ from toy_models import DT, HORIZON, JOINTS, toy_demonstration, toy_task
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.learning.task import Task
 
 

@@ -13,7 +13,7 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
 from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.policies import Arrays, Policy, from_arrays
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
