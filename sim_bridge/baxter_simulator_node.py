@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 from sensor_msgs.msg import JointState
 
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import JOINT_COMMAND
 from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from sim_bridge.baxter_simulation import INITIAL_POSE, BaxterSimulation
 from sim_bridge.joints import GRIPPER_JOINTS
 from sim_bridge.simulation_settings import SimulationSettings
@@ -34,7 +36,7 @@ class BaxterSimulatorNode(SimulatorNode):
         self._settings = declare_settings(self, SimulationSettings)
         self._baxter = BaxterSimulation(self._settings)
         self._viewer = Viewer(self._baxter) if self._settings.viewer else None
-        self.create_subscription(JointState, "~/guide", self._on_guide, JOINT_COMMAND)
+        self._guides = SafeSubscription(self, JointState, "~/guide", self._on_guide, JOINT_COMMAND)
         self.start(
             self._baxter,
             self._settings,
@@ -47,9 +49,9 @@ class BaxterSimulatorNode(SimulatorNode):
         if self._viewer is not None:
             self._viewer.close()
 
-    def obey(self, message: JointState) -> None:
+    def obey(self, message: JointStateMessage) -> None:
         """Move the arms."""
-        self._baxter.command(message.name, message.velocity)
+        self._baxter.command(message.names, message.velocities)
 
     def stepped(self, count: int) -> None:
         """Draw, and send the grippers as a real Baxter does, each in a message of its own."""
@@ -67,8 +69,9 @@ class BaxterSimulatorNode(SimulatorNode):
         """Return what /diagnostics is to tell about Baxter."""
         return {"preset": self._settings.preset}
 
-    def _on_guide(self, message: JointState) -> None:
-        self.take(lambda: self._baxter.guide(message.name, message.position, message.velocity))
+    def _on_guide(self, data: bytes, _info: Info) -> None:
+        hands = decode(data)
+        self.take(lambda: self._baxter.guide(hands.names, hands.positions, hands.velocities))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

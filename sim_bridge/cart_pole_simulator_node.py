@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from sensor_msgs.msg import JointState
-
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.runtime import run_node
 from sim_bridge.cart_pole_simulation import CartPoleSettings, CartPoleSimulation
@@ -27,9 +26,9 @@ class CartPoleSimulatorNode(SimulatorNode):
         self._cart_pole = CartPoleSimulation(settings)
         self.start(self._cart_pole, settings, "the pole hangs, held until the first command")
 
-    def obey(self, message: JointState) -> None:
+    def obey(self, message: JointStateMessage) -> None:
         """Push the cart."""
-        self._cart_pole.command(message.name, message.effort)
+        self._cart_pole.command(message.names, message.efforts)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -19,13 +19,15 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from irlpilco_ros.control.joint_state_tracker import JointReading, JointStateTracker
+from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.health import OK, WARN, Health
-from irlpilco_ros.ros.messages import joint_state, time_message
+from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
 
 GUIDE_TOPIC = "baxter_simulator/guide"
@@ -84,7 +86,9 @@ class DemonstratorNode(Node):
         self._requested: tuple[str, Future] | None = None
         self._performance: _Performance | None = None
         self._guide = self.create_publisher(JointState, GUIDE_TOPIC, JOINT_COMMAND)
-        self.create_subscription(JointState, "joint_states", self._on_state, JOINT_STATES_SUB)
+        self._states = SafeSubscription(
+            self, JointState, "joint_states", self._on_state, JOINT_STATES_SUB
+        )
         group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/move_to_start", self._on_move, callback_group=group)
         self.create_service(Trigger, "~/play", self._on_play, callback_group=group)
@@ -134,8 +138,8 @@ class DemonstratorNode(Node):
                 return
             await self._calls.sleep(_POLL)
 
-    def _on_state(self, message: JointState) -> None:
-        state = joint_state(message)
+    def _on_state(self, data: bytes, _info: Info) -> None:
+        state = decode(data)
         self._tracker.update(state, time.monotonic())
         reading = self._tracker.reading()
         if reading is None or self._requested is None or self._requested[1].done():

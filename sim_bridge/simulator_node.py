@@ -13,9 +13,11 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode
 from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.pace_settings import PaceSettings
 from sim_bridge.pacemaker import Pacemaker
@@ -74,7 +76,9 @@ class SimulatorNode(Node):
         self._clock_publisher = (
             None if pace.wall_time else self.create_publisher(Clock, "/clock", CLOCK)
         )
-        self.create_subscription(JointState, "joint_command", self._on_command, JOINT_COMMAND)
+        self._commands = SafeSubscription(
+            self, JointState, "joint_command", self._on_command, JOINT_COMMAND
+        )
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._thread = threading.Thread(target=self._run, name="simulation")
         self._thread.start()
@@ -86,7 +90,7 @@ class SimulatorNode(Node):
             self._changed.notify_all()
         self._thread.join()
 
-    def obey(self, message: JointState) -> None:
+    def obey(self, message: JointStateMessage) -> None:
         """Hand a command to the simulation.
 
         Raises:
@@ -170,7 +174,8 @@ class SimulatorNode(Node):
         message.header.stamp = stamp
         self.publish(message)
 
-    def _on_command(self, message: JointState) -> None:
+    def _on_command(self, data: bytes, _info: Info) -> None:
+        message = decode(data)
         self.take(lambda: self.obey(message))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

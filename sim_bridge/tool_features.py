@@ -7,7 +7,6 @@ from irlpilco_ros.learning.features import CubatureFeatures
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.registry import NoSettings
 from sim_bridge.joints import ARM_JOINTS
-from sim_bridge.tool_kinematics import ToolKinematics
 
 
 class ToolPoints(CubatureFeatures):
@@ -26,5 +25,7 @@ class ToolPoints(CubatureFeatures):
                 f"{', '.join(ARM_JOINTS)}; this robot has {', '.join(joints.names)}. Choose "
                 "features: joints"
             )
+        from sim_bridge.tool_kinematics import ToolKinematics  # late: every node knows the name
+
         kinematics = ToolKinematics()
         return cls(len(ARM_JOINTS), kinematics, ("m",) * kinematics.size)

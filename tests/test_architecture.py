@@ -240,6 +240,18 @@ def test_the_command_line_starts_without_ros_and_simulation():
     assert loaded.isdisjoint({"rclpy", "mujoco", "matplotlib.pyplot"})
 
 
+def test_a_robots_settings_load_no_simulation():
+    """Its features may be named `tools`, which are the simulated robot's."""
+    code = (
+        "import sys; from irlpilco_ros.commands.settings_files import *; "
+        "from irlpilco_ros.experience.robot_settings import RobotSettings; "
+        "print(RobotSettings(('a',), (), (), (-1.0,), (1.0,), (1.0,)).features, *sys.modules)"
+    )
+    loaded = run_python(code)
+    assert "joints" in loaded
+    assert loaded.isdisjoint({"rclpy", "mujoco"})
+
+
 # Joined from pieces, so that this file does not say them.
 FORBIDDEN = {
     "an absolute path of somebody's machine": ("(?<![\\w.$}])/(work|home|root|tmp/venv)", "/"),

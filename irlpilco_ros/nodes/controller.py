@@ -22,15 +22,17 @@ from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Approach, Command, Motion, Trial
 from irlpilco_ros.control.safety import check_start
+from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
-from irlpilco_ros.ros.messages import joint_command, joint_state
+from irlpilco_ros.ros.messages import joint_command
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.policy_parameters import PolicyParameters
 from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 
 WATCH_PERIOD = 0.02
 """How often silence of the joint states is looked for [s]."""
@@ -64,7 +66,9 @@ class Controller(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(1.0, self._tell, clock=steady)
-        self.create_subscription(JointState, "joint_states", self._take, JOINT_STATES_SUB)
+        self._states = SafeSubscription(
+            self, JointState, "joint_states", self._take, JOINT_STATES_SUB
+        )
         self._tell()
 
     def wind_down(self) -> None:
@@ -85,8 +89,8 @@ class Controller(Node):
         self.create_service(Trigger, "~/stop", self._stop, callback_group=group)
         self.create_service(SetBool, "~/enable", self._enable, callback_group=group)
 
-    def _take(self, message: JointState) -> None:
-        self._send(self._control.take(joint_state(message), time.monotonic()))
+    def _take(self, data: bytes, _info: Info) -> None:
+        self._send(self._control.take(decode(data), time.monotonic()))
 
     def _watch(self) -> None:
         self._send(self._control.watch(time.monotonic()))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -33,6 +31,7 @@ from irlpilco_ros.ros.health import ERROR, OK, Health
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 
 FIRST_SAMPLE_TIMEOUT = 5.0
 """How long `start` waits for joint states of all joints [s]."""
@@ -80,11 +79,12 @@ class DemonstrationRecorder(Node):
         self._headers = HeaderReader()
         self._health = Health(self, "ready")
         self._calls = Clients(self)
-        self._states = self.create_subscription(
-            JointState, "joint_states", self._on_state, STATE_RECORDING, raw=True
+        self._catching_up = False
+        self._states = SafeSubscription(
+            self, JointState, "joint_states", self._on_state, STATE_RECORDING
         )
-        self._commands = self.create_subscription(
-            JointState, "joint_command", self._on_command, COMMAND_RECORDING, raw=True
+        self._commands = SafeSubscription(
+            self, JointState, "joint_command", self._on_command, COMMAND_RECORDING
         )
         group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/start", self._on_start, callback_group=group)
@@ -174,11 +174,11 @@ class DemonstrationRecorder(Node):
         self._health.report(ERROR if recording.failure else OK, recording.failure or "ready")
         return not recording.failure, f"{summary}; bag: {recording.path}"
 
-    def _on_state(self, data: bytes, info: Mapping[str, Any]) -> None:
+    def _on_state(self, data: bytes, info: Info) -> None:
         self._take_state(data, info)
         self._catch_up()
 
-    def _on_command(self, data: bytes, info: Mapping[str, Any]) -> None:
+    def _on_command(self, data: bytes, info: Info) -> None:
         self._take_command(data, info)
         self._catch_up()
 
@@ -188,30 +188,33 @@ class DemonstrationRecorder(Node):
         The executor alone needs 0.2 ms for each message; a simulation at many times real time is
         faster than that.
         """
-        for _ in range(_BATCH):
-            state, command = _next(self._states), _next(self._commands)
-            if state is not None:
-                self._take_state(*state)
-            if command is not None:
-                self._take_command(*command)
-            if state is None and command is None:
-                return
+        if self._catching_up:
+            return
+        self._catching_up = True
+        try:
+            for _ in range(_BATCH):
+                # Both of them, so that neither waits for the other.
+                state, command = self._states.take_next(), self._commands.take_next()
+                if not (state or command):
+                    return
+        finally:
+            self._catching_up = False
 
-    def _take_state(self, data: bytes, info: Mapping[str, Any]) -> None:
+    def _take_state(self, data: bytes, info: Info) -> None:
         if self._recording is not None and self._is_new(info):
             self._recording.take_state(self._received(data, info))
             self._tell(self._recording)
 
-    def _take_command(self, data: bytes, info: Mapping[str, Any]) -> None:
+    def _take_command(self, data: bytes, info: Info) -> None:
         if self._recording is not None and self._is_new(info):
             self._recording.take_command(self._received(data, info))
             self._tell(self._recording)
 
-    def _is_new(self, info: Mapping[str, Any]) -> bool:
+    def _is_new(self, info: Info) -> bool:
         """Whether a message came after `start`; on a busy computer older ones may still queue."""
         return bool(info["received_timestamp"] >= self._began)
 
-    def _received(self, data: bytes, info: Mapping[str, Any]) -> Received:
+    def _received(self, data: bytes, info: Info) -> Received:
         stamp, names = self._headers.read(data)
         return Received(stamp, names, data, info["received_timestamp"], info["source_timestamp"])
 
@@ -231,7 +234,7 @@ class DemonstrationRecorder(Node):
     def _command_topic(self) -> BagTopic:
         return self._topic(self._commands)
 
-    def _topic(self, subscription: Subscription) -> BagTopic:
+    def _topic(self, subscription: SafeSubscription) -> BagTopic:
         """Return what a bag should know about a topic."""
         name = subscription.topic_name
         publishers = self.get_publishers_info_by_topic(name)
@@ -264,15 +267,6 @@ def qos_entry(profile: QoSProfile) -> dict[str, Any]:
 def _duration(duration: Duration) -> dict[str, int]:
     seconds, rest = divmod(duration.nanoseconds, NANOSECONDS)
     return {"sec": seconds, "nsec": rest}
-
-
-def _next(subscription: Subscription) -> tuple[bytes, Mapping[str, Any]] | None:
-    """Return the next message of a topic and what is known about it, if one has come."""
-    with subscription.handle:
-        taken: tuple[bytes, Mapping[str, Any]] | None = subscription.handle.take_message(
-            JointState, True
-        )
-    return taken
 
 
 def main() -> int:

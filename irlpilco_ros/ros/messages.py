@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
-
-from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 
 
 def nanoseconds(stamp: Time) -> int:
@@ -20,17 +17,6 @@ def time_message(stamp: int) -> Time:
     """Return the stamp [ns] as a message."""
     seconds, rest = divmod(stamp, 1_000_000_000)
     return Time(sec=seconds, nanosec=rest)
-
-
-def joint_state(message: JointState) -> JointStateMessage:
-    """Return the plain form of a joint state."""
-    return JointStateMessage(
-        stamp=nanoseconds(message.header.stamp),
-        names=tuple(message.name),
-        positions=tuple(message.position),
-        velocities=tuple(message.velocity),
-        efforts=tuple(message.effort),
-    )
 
 
 def joint_command(
@@ -52,10 +38,3 @@ def joint_command(
     else:
         message.velocity = numbers
     return message
-
-
-def command_values(message: JointState, joints: Sequence[str]) -> tuple[float, ...]:
-    """Return the command (velocity, else effort) of each joint, NaN where it names none."""
-    values = message.velocity if len(message.velocity) else message.effort
-    by_name = dict(zip(message.name, values, strict=False))
-    return tuple(float(by_name.get(joint, math.nan)) for joint in joints)

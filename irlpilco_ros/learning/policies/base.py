@@ -7,7 +7,7 @@ policy file, the documentation) follows from their declaration.
 from __future__ import annotations
 
 import dataclasses
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
@@ -27,7 +27,7 @@ SMALL = 0.1
 """Standard deviation of the parameters that PILCO's first search starts from."""
 
 
-class Policy(Extension):
+class Policy(Extension, ABC):
     """A map from state and step to controls, for a robot and for a Gaussian state alike.
 
     A policy is a frozen dataclass whose fields are made with `parameter`, `fixed` and `number` of
@@ -120,7 +120,10 @@ class Policy(Extension):
                 f"shape {vector.shape}"
             )
         parts = np.split(vector, ends[:-1])
-        changes = {name: part.reshape(shapes[name]) for name, part in zip(shapes, parts)}  # noqa: B905
+        changes = {
+            name: part.reshape(shape)
+            for (name, shape), part in zip(shapes.items(), parts, strict=True)
+        }
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
     def act(self, state: Array, step: int) -> Array:
