@@ -243,12 +243,12 @@ def test_the_command_line_starts_without_ros_and_simulation():
 def test_a_robots_settings_load_no_simulation():
     """Its features may be named `tools`, which are the simulated robot's."""
     code = (
-        "import sys; from irlpilco_ros.commands.settings_files import *; "
-        "from irlpilco_ros.experience.robot_settings import RobotSettings; "
-        "print(RobotSettings(('a',), (), (), (-1.0,), (1.0,), (1.0,)).features, *sys.modules)"
+        "import sys; from irlpilco_ros.experience.robot_settings import RobotSettings; "
+        "from irlpilco_ros.learning.settings import declarations; "
+        "print(*declarations(RobotSettings)['features'].choices, *sys.modules)"
     )
     loaded = run_python(code)
-    assert "joints" in loaded
+    assert {"joints", "tools"} <= loaded
     assert loaded.isdisjoint({"rclpy", "mujoco"})
 
 
