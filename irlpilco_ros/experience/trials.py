@@ -38,28 +38,31 @@ class RecordedTrial:
 def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
-    joints: Joints,
-    horizon: int,
-) -> dict[int, RecordedTrial]:
+    read: Callable[[Path], Rollout],
+) -> tuple[dict[int, RecordedTrial], dict[Path, BagError]]:
     """Return the whole trials by the iteration whose policy ran in them.
 
     Args:
-        bags: Number and path of each bag, in order; those without a whole trial are passed over.
+        bags: Number and path of each bag, in order.
         policies: Policy of each iteration; the first one that fits a trial and has none gets it.
-        joints: Joints of the run, in order.
-        horizon: Control periods of a trial.
+        read: Returns the trial in a bag, or raises BagError.
+
+    Returns:
+        The trials, and what is wrong with the bags that hold no whole one.
     """
     found: dict[int, RecordedTrial] = {}
+    wrong: dict[Path, BagError] = {}
     for number, path in bags:
         try:
-            rollout = read_bag(path).rollout(joints, horizon)
-        except BagError:
+            rollout = read(path)
+        except BagError as error:
+            wrong[path] = error
             continue
-        for iteration, policy in sorted(policies.items()):
+        for iteration, (policy, joints) in sorted(policies.items()):
             if iteration not in found and ran(policy, rollout, joints):
                 found[iteration] = RecordedTrial(number, path, rollout)
                 break
-    return found
+    return found, wrong
 
 
 def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
@@ -72,14 +75,3 @@ def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
             zip(rollout.states[:-1], rollout.controls, strict=True)
         )
     )
-
-
-def numbered_bags(directory: Path) -> list[tuple[int, Path]]:
-    """Return number and path of the bags NNN in a directory, in order.
-
-    Discarded and recovered bags, whose names have a suffix, are left out.
-    """
-    if not directory.is_dir():
-        return []
-    bags = (entry for entry in directory.iterdir() if entry.is_dir() and entry.name.isdigit())
-    return sorted((bag_number(entry), entry) for entry in bags)
