@@ -17,6 +17,8 @@ endif
 READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 OLDEST := .venv-oldest
+# Their coverage is measured; the other tests wait for nodes, which tracing would slow down.
+UNITS := tests/learning tests/control tests/experience
 ARGS :=
 
 help:  ## list the targets
@@ -25,15 +27,26 @@ help:  ## list the targets
 demo: $(READY)  ## learn the sweep from one demonstration (ARGS="--seed 3")
 	$(BIN)/irlpilco demo $(ARGS)
 
-test: $(READY)  ## run the tests (ARGS="-m 'not dds'" leaves some out)
+test: $(READY)  ## run the tests, with coverage (ARGS="-m 'not dds'" leaves some out)
+ifeq ($(ARGS),)
+	@mkdir -p build
+	$(BIN)/python -m coverage run -m pytest $(UNITS)
+	$(BIN)/python -m pytest tests $(addprefix --ignore=,$(UNITS))
+	@$(BIN)/python tools/coverage_table.py
+else
 	$(BIN)/python -m pytest $(ARGS)
+endif
 
 test-oldest: $(OLDEST)/.ready  ## the numerical tests with the oldest numpy and scipy
 	$(OLDEST)/bin/python -m pytest tests/learning tests/experience $(ARGS)
 
-lint: $(READY)  ## ruff and mypy
+lint: ruff mypy  ## ruff and mypy
+
+ruff: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+mypy: $(READY)
 	$(BIN)/mypy
 
 format: $(READY)  ## let ruff rewrite what it can
@@ -65,4 +78,4 @@ $(OLDEST)/.ready: requirements/oldest.lock setup.py setup.cfg tools/set_up.sh
 	@tools/set_up.sh $(OLDEST) requirements/oldest.lock
 	@touch $@
 
-.PHONY: help demo test test-oldest lint format benchmark results docs lock clean
+.PHONY: help demo test test-oldest lint ruff mypy format benchmark results docs lock clean

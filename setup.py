@@ -14,7 +14,7 @@ setup(
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge", "sim_bridge.*"]),
     package_data={
-        NAME: ["py.typed", "report/templates/*"],
+        NAME: ["py.typed", "**/templates/*"],
         "sim_bridge": ["py.typed", "**/*.xml", "**/*.yaml", "**/*.md", "**/*.png"],
     },
     data_files=[

@@ -30,7 +30,7 @@ class _Share:
         self.square = np.eye(size)
         self.pairs = np.empty((count, n, n))
         self.products = np.empty((count, size, n))
-        self.turned = np.empty((count, n, size))
+        self.row_products = np.empty((count, n, size))
 
     def run(self) -> None:
         for _ in range(self.repeats):
@@ -38,7 +38,7 @@ class _Share:
             np.exp(self.pairs, out=self.pairs)
             np.matmul(self.columns, self.pairs, out=self.products)
             for _ in range(SMALL_PRODUCTS):
-                np.matmul(self.rows, self.square, out=self.turned)
+                np.matmul(self.rows, self.square, out=self.row_products)
 
 
 class Floor:

@@ -16,6 +16,7 @@ from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.joint_servos import Drive, JointServos
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
 from sim_bridge.sensor_reading import SensorReading
+from sim_bridge.servo_presets import SERVO_PRESETS
 from sim_bridge.simulation_settings import SimulationSettings
 
 Vector = NDArray[np.float64]
@@ -57,12 +58,13 @@ class BaxterSimulation:
         self._damping: Vector = np.array(self.model.dof_damping[self._dof])
         self._acceleration: Vector = np.zeros(self.model.nv)
         self._force: Vector = np.zeros(self.model.nv)
-        factor = np.array(self.settings.speed_factor)
+        factor, preset = np.array(self.settings.speed_factor), SERVO_PRESETS[self.settings.preset]
         self._servos = JointServos(
             velocity_limit=self.velocity_limit,
             speed_factor=np.broadcast_to(factor, (len(ARM_JOINTS),)).copy(),
             lag_steps=round(self.settings.effective_lag / self.model.opt.timestep),
             timeout_steps=round(COMMAND_TIMEOUT / self.model.opt.timestep),
+            servo_lag_steps=preset.servo_lag / self.model.opt.timestep,
         )
         self.reset()
 

@@ -39,7 +39,12 @@ class JointServos:
     """
 
     def __init__(
-        self, velocity_limit: Vector, speed_factor: Vector, lag_steps: int, timeout_steps: int
+        self,
+        velocity_limit: Vector,
+        speed_factor: Vector,
+        lag_steps: int,
+        timeout_steps: int,
+        servo_lag_steps: float = 0.0,
     ) -> None:
         """Make servos that hold.
 
@@ -48,11 +53,14 @@ class JointServos:
             speed_factor: (J,) speed made of a commanded 1 rad/s.
             lag_steps: Steps from a command's arrival to its effect.
             timeout_steps: Steps without a command after which a joint holds its position.
+            servo_lag_steps: Time constant, in steps, at which a servo's aim follows the command
+                (first order); 0: it aims at the command itself.
         """
         self._limit = velocity_limit
         self._factor = speed_factor
         self._lag = lag_steps
         self._timeout = timeout_steps
+        self._share = 1.0 / (1.0 + servo_lag_steps)
         self._zero = np.zeros(len(velocity_limit))
         self.reset()
 
@@ -61,6 +69,7 @@ class JointServos:
         joints = len(self._limit)
         self._waiting: deque[tuple[int, Indices, Vector]] = deque()
         self._command = np.zeros(joints)
+        self._aim = np.zeros(joints)
         self._command_end = np.zeros(joints, dtype=int)
         self._guide_position = np.zeros(joints)
         self._guide_velocity = np.zeros(joints)
@@ -92,7 +101,8 @@ class JointServos:
             self._guide_end[joints] = 0
         commanded = step < self._command_end
         guided = step < self._guide_end
-        target = self._command * self._factor
+        self._follow(commanded)
+        target = self._aim * self._factor
         moved = commanded | guided
         if moved.all():
             self._holding[:] = False
@@ -109,6 +119,14 @@ class JointServos:
             guide_accelerations=np.where(guided, pull, 0.0),
             guide_velocities=np.where(guided, self._guide_velocity, 0.0),
         )
+
+    def _follow(self, commanded: NDArray[np.bool_]) -> None:
+        """Let the servos' aim follow the command, or zero where nobody commands."""
+        if self._share == 1.0:
+            self._aim = self._command
+            return
+        wanted = np.where(commanded, self._command, 0.0)
+        self._aim = self._aim + self._share * (wanted - self._aim)
 
     def _hold(self, moved: NDArray[np.bool_], positions: Vector) -> Vector:
         """Return the velocities that keep the joints nobody moves where they were left."""

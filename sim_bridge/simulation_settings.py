@@ -21,7 +21,8 @@ class SimulationSettings(PaceSettings):
 
     preset: str = setting(
         "compliant",
-        "Servos: 'stiff' does nearly what it is told, 'compliant' is soft and 50 ms late.",
+        "Servos: 'stiff' does nearly what it is told, 'compliant' is soft and 50 ms late, "
+        "'delayed' runs 0.4 s behind.",
         choices=tuple(SERVO_PRESETS),
         read_only=True,
     )

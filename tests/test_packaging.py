@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import configparser
 import os
 import shutil
 import subprocess
 import sys
 import sysconfig
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 NODES = (
     "demonstration_recorder",
@@ -62,6 +65,17 @@ def environment(prefix: Path) -> dict[str, str]:
     environment = {**os.environ, "AMENT_PREFIX_PATH": str(prefix)}
     environment.pop("PYTHONPATH", None)
     return environment
+
+
+def test_version_and_license_are_the_same_everywhere(repository):
+    package = ElementTree.parse(repository / "package.xml")
+    setup = configparser.ConfigParser()
+    setup.read(repository / "setup.cfg")
+    citation = yaml.safe_load((repository / "CITATION.cff").read_text(encoding="utf-8"))
+    for key in ("name", "version", "license"):
+        value = package.findtext(key)
+        assert value == setup["metadata"][key]
+        assert value == citation["title" if key == "name" else key]
 
 
 def test_the_package_is_in_the_ament_index(prefix, environment, tmp_path):

@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     from irlpilco_ros.learning.errors import InvalidSettingError
     from irlpilco_ros.learning.learning_settings import LearningSettings
     from irlpilco_ros.resources import config_file, recording
-    from irlpilco_ros.studies.cart_pole import page, runs
+    from irlpilco_ros.studies.cart_pole import page, results, runs
     from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
     counts = {"--seeds": arguments.seeds, "--expert-trials": arguments.expert_trials}
@@ -91,13 +91,13 @@ def run(arguments: argparse.Namespace) -> int:
     values = load_parameters_file(arguments.settings or config_file("swing_up.yaml"), "learner")
     settings = settings_from_parameters(LearningSettings, values)
     runs.claim(out, demonstration, settings)
-    done = page.Runs(demonstration, {}, {method: {} for method in arguments.methods})
+    done = results.Runs(demonstration, {}, {method: {} for method in arguments.methods})
     for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
         with ProgressDisplay(f"expert, seed {seed}") as display:
             done.expert[seed] = runs.run_expert(
                 out / "expert" / f"seed_{seed:02d}", seed, arguments.expert_trials, display.update
             )
-        print(page.expert_line(seed, done.expert[seed]), flush=True)
+        print(results.expert_line(seed, done.expert[seed]), flush=True)
         for method in arguments.methods:
             with ProgressDisplay(f"{method}, seed {seed}") as display:
                 done.imitation[method][seed] = runs.run_imitation(
@@ -108,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
                     arguments.iterations,
                     display.update,
                 )
-            line = page.imitation_line(method, seed, demonstration, done.imitation[method][seed])
+            line = results.imitation_line(method, seed, demonstration, done.imitation[method][seed])
             print(line, flush=True)
     print(f"page: {page.write_page(out, done)}")
     return 0

@@ -11,7 +11,8 @@ from irlpilco_ros.commands.terminal import ProgressDisplay
 EPILOG = """\
 The report is RUN/report/index.html, one file that needs no network: errors over iterations, each
 joint's demonstration, prediction and trial, cost weights, what the model found important, timing,
-and pictures of the sweep. It is made from the files in RUN; no node needs to run.
+and, if the robot is the simulated Baxter, pictures of the motion. It is made from the files in RUN;
+no node needs to run.
 
 examples:
   irlpilco report                            of runs/demo

@@ -31,8 +31,8 @@ from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
+from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
-from irlpilco_ros.learning.search.staged_search import StagedSearch
 from irlpilco_ros.learning.task import Task
 from irlpilco_ros.learning.weight_rules import WEIGHT_RULES
 
@@ -204,7 +204,7 @@ def _search_imitation(
     way = _way(settings, settings.imitation)
     stepwise = way.stepwise_cost(task, weights / task.scale**2)
     if stepwise is not None and settings.horizon_stages > 1:
-        staged = StagedSearch(
+        curriculum = HorizonCurriculum(
             objective,
             stepwise,
             settings.optimiser,
@@ -212,7 +212,7 @@ def _search_imitation(
             settings.screening_evaluations,
             settings.evaluations,
         )
-        return staged.search(starts, report.policy)
+        return curriculum.search(starts, report.policy)
     objectives = [objective]
     if way.warm_up:
         easier = _cost(task, settings, way.warm_up, weights)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -32,10 +34,10 @@ def position_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
     with style.look():
         figure, panels, free = _panels(run, iteration)
         for joint, axes in panels.items():
-            _curves(axes, run, iteration, joint, origin=np.zeros_like(run.times))
+            _curves(axes, run, iteration, joint, lambda positions: positions)
             _at_least(axes, SMALLEST_SPAN)
             axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
-        _label(figure, "joint position [rad]")
+        _label(figure, f"joint position [{run.unit}]")
         _legend(free[0], iteration)
         return figure
 
@@ -46,10 +48,10 @@ def difference_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
         figure, panels, free = _panels(run, iteration)
         limit = _common_limit(run, iteration)
         for joint, axes in panels.items():
-            _curves(axes, run, iteration, joint, origin=run.demonstration[:, joint])
+            _curves(axes, run, iteration, joint, run.difference)
             axes.set_ylim(-limit, limit)
             axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-        _label(figure, "difference from the demonstration [rad]")
+        _label(figure, f"difference from the demonstration [{run.unit}]")
         _legend(free[0], iteration)
         return figure
 
@@ -94,23 +96,28 @@ def _fill(group: list[int]) -> list[int | None]:
 
 
 def _curves(
-    axes: Axes, run: RunSummary, iteration: IterationSummary, joint: int, origin: FloatArray
+    axes: Axes,
+    run: RunSummary,
+    iteration: IterationSummary,
+    joint: int,
+    shown: Callable[[FloatArray], FloatArray],
 ) -> None:
+    """Draw one joint's column of what is `shown` of positions (H+1, J)."""
     times = run.times
-    axes.plot(times, run.demonstration[:, joint] - origin, **style.DEMONSTRATION)
+    axes.plot(times, shown(run.demonstration)[:, joint], **style.DEMONSTRATION)
     if iteration.prediction is not None and iteration.deviation is not None:
-        mean = iteration.prediction[:, joint] - origin
+        mean = shown(iteration.prediction)[:, joint]
         spread = 2.0 * iteration.deviation[:, joint]
         axes.fill_between(times, mean - spread, mean + spread, **style.BAND)
         axes.plot(times, mean, **style.PREDICTION)
-    axes.plot(times, iteration.trial[:, joint] - origin, **style.ROBOT)
+    axes.plot(times, shown(iteration.trial)[:, joint], **style.ROBOT)
 
 
 def _common_limit(run: RunSummary, iteration: IterationSummary) -> float:
     """Return the half-range that shows every trial and band, 10 mrad at least [rad]."""
-    largest = float(np.abs(iteration.trial - run.demonstration).max())
+    largest = float(np.abs(run.difference(iteration.trial)).max())
     if iteration.prediction is not None and iteration.deviation is not None:
-        band = np.abs(iteration.prediction - run.demonstration) + 2.0 * iteration.deviation
+        band = np.abs(run.difference(iteration.prediction)) + 2.0 * iteration.deviation
         largest = max(largest, float(band.max()))
     return max(1.08 * largest, 0.01)
 

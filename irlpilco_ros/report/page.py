@@ -9,12 +9,12 @@ import base64
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cache
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from irlpilco_ros.report.joint_figures import joint_groups
 from irlpilco_ros.report.run_summary import DebrisCount, IterationSummary, RunSummary
+from irlpilco_ros.report.templating import render
 
 VIEWS = {"position": "positions", "difference": "difference from the demonstration"}
 
@@ -83,38 +83,26 @@ def render_page(run: RunSummary, artwork: Artwork) -> str:
     """Return the whole page."""
     count = len(run.iterations)
     debris = artwork.debris_count
-    return (
-        _templates()
-        .get_template("page.html")
-        .render(
-            run=run,
-            artwork=artwork,
-            debris=debris,
-            debris_alt="" if debris is None else _debris_alt(debris),
-            unit=run.unit,
-            has_replay=math.isfinite(run.replay_rmse),
-            trials=f"{count} trial{'s' if count > 1 else ''}",
-            errors_alt=_errors_alt(run),
-            headings=HEADINGS,
-            rows=list(_rows(run)),
-            iterations={str(each.index): str(each.index) for each in run.iterations},
-            views=VIEWS,
-            joints=list(_joints(run, artwork)),
-        )
+    return render(
+        "irlpilco_ros.report",
+        "page.html",
+        {"duration": duration, "svg": _svg, "webp": _webp},
+        run=run,
+        artwork=artwork,
+        debris=debris,
+        debris_alt="" if debris is None else _debris_alt(debris),
+        unit=run.unit,
+        has_replay=math.isfinite(run.replay_rmse),
+        shown=_shown(run.demonstrations),
+        arms=len(joint_groups(run.joints)),
+        trials=f"{count} trial{'s' if count > 1 else ''}",
+        errors_alt=_errors_alt(run),
+        headings=HEADINGS,
+        rows=list(_rows(run)),
+        iterations={str(each.index): str(each.index) for each in run.iterations},
+        views=VIEWS,
+        joints=list(_joints(run, artwork)),
     )
-
-
-@cache
-def _templates() -> Environment:
-    templates = Environment(
-        loader=PackageLoader("irlpilco_ros.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    templates.filters |= {"duration": duration, "svg": _svg, "webp": _webp}
-    return templates
 
 
 def duration(seconds: float) -> str:
@@ -126,6 +114,10 @@ def duration(seconds: float) -> str:
     if minutes < 60:
         return f"{minutes} min {rest} s".replace(" ", "\N{NO-BREAK SPACE}")
     return f"{minutes // 60} h {minutes % 60} min".replace(" ", "\N{NO-BREAK SPACE}")
+
+
+def _shown(demonstrations: int) -> str:
+    return "one demonstration" if demonstrations == 1 else f"{demonstrations} demonstrations"
 
 
 def _errors_alt(run: RunSummary) -> str:
@@ -158,7 +150,7 @@ def _cells(iteration: IterationSummary) -> tuple[str, ...]:
         _number(iteration.mse, ".2e"),
         _number(iteration.margin, ".2e"),
         _number(iteration.cost, ".4g"),
-        f"{iteration.robot_time:.0f}",
+        f"{round(iteration.robot_time, 1):g}",
         _number(iteration.model_time if learned else math.nan, ".1f"),
         _number(iteration.policy_time if learned else math.nan, ".1f"),
     )

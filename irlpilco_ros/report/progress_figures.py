@@ -15,7 +15,7 @@ WIDE = 8.0
 
 
 def error_figure(run: RunSummary) -> Figure:
-    """Draw the joint error of every trial [rad], beside replay and what the model expected."""
+    """Draw the joint error of every trial, beside replay and what the model expected."""
     with style.look():
         figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.6), layout="constrained")
         axes = figure.subplots()
@@ -40,7 +40,7 @@ def error_figure(run: RunSummary) -> Figure:
 
 
 def weights_figure(run: RunSummary) -> Figure:
-    """Draw the max-margin weight of every joint over the iterations, and the margin."""
+    """Draw the cost weight of every feature over the iterations, and the margin."""
     with style.look():
         height = 0.24 * len(run.feature_names) + 1.0
         figure = Figure(figsize=(style.PAGE_WIDTH, max(height, 3.0)), layout="constrained")
@@ -52,7 +52,8 @@ def weights_figure(run: RunSummary) -> Figure:
         finite = [i for i in run.iterations if np.isfinite(i.margin) and i.margin > 0.0]
         line = {**style.ROBOT, "color": style.INK, "linewidth": 1.5, "markersize": 5.0}
         right.plot([i.index for i in finite], [i.margin for i in finite], **line)
-        right.set_ylabel(f"margin of the weights [{run.unit}²]")
+        unit = f" [{run.margin_unit}]" if run.margin_unit else ""
+        right.set_ylabel(f"margin of the weights{unit}")
         _wide_scale(right, [i.margin for i in finite])
         _iteration_axis(right, run)
         right.set_title("margin")
@@ -81,7 +82,7 @@ def time_figure(run: RunSummary) -> Figure:
         right.plot([i.index for i in run.iterations], steps, **line)
         right.set_ylim(bottom=0.0)
         right.set_ylabel("robot time used so far [s]")
-        right.set_title(f"robot, {run.last.robot_time:.0f} s in all")
+        right.set_title(f"robot, {round(run.last.robot_time, 1):g} s in all")
         for axes in (left, right):
             _iteration_axis(axes, run)
         return figure
@@ -115,7 +116,7 @@ def _robot_time_axis(axes: Axes, run: RunSummary) -> None:
     """Say on top how much robot time each trial had cost."""
     top = axes.secondary_xaxis("top")
     shown = run.iterations[:: max(1, len(run.iterations) // 10)]
-    top.set_xticks([i.index for i in shown], [f"{i.robot_time:.0f}" for i in shown])
+    top.set_xticks([i.index for i in shown], [f"{round(i.robot_time, 1):g}" for i in shown])
     top.set_xlabel("robot time used so far [s]", color=style.FAINT)
     top.tick_params(labelcolor=style.FAINT)
     top.spines[:].set_visible(False)

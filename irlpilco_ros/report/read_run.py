@@ -15,6 +15,7 @@ from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.report.resimulation import can_resimulate
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
 
@@ -27,11 +28,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     """
     configuration = run.configuration()
     try:
-        joints = Joints(
-            tuple(configuration["joints"]),
-            tuple(configuration.get("unactuated_joints", ())),
-            tuple(configuration.get("continuous_joints", ())),
-        )
+        joints = _joints(configuration)
         horizon = int(configuration["horizon"])
         period = float(configuration["control_period"])
     except KeyError as error:
@@ -46,13 +43,13 @@ def read_run(run: RunDirectory) -> RunSummary:
     trials = [read_bag(bags[row.trial]).rollout(joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations()}
     positions = slice(0, len(joints.names))
+    shown = [trajectory.rollout(joints, horizon).states for trajectory in run.demonstrations()]
     replay_row = run.replay_metrics()
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
-        unit="rad" if _compares_joints(configuration, joints) else "feature units",
         times=np.asarray(period * np.arange(horizon + 1), dtype=np.float64),
-        demonstration=_shown(run, joints, horizon)[:, positions],
+        demonstration=np.mean(shown, axis=0)[:, positions],
         iterations=tuple(
             _iteration(row, trial.states[:, positions], found.get(row.iteration or 0))
             for row, trial in zip(rows, trials, strict=True)
@@ -61,14 +58,35 @@ def read_run(run: RunDirectory) -> RunSummary:
         replay=None if replay_row is None else _replay(run, replay_row, joints, horizon),
         model=_model(joints, trials, found),
         settings={key: _text(value) for key, value in configuration.items()},
+        demonstrations=len(shown),
+        **_words(configuration, joints),
     )
 
 
-def _shown(run: RunDirectory, joints: Joints, horizon: int) -> np.ndarray:
-    """Return the states (H + 1, 2J) that are imitated: the mean over the demonstrations."""
-    rollouts = [shown.rollout(joints, horizon) for shown in run.demonstrations()]
-    mean: np.ndarray = np.mean([rollout.states for rollout in rollouts], axis=0)
-    return mean
+def _joints(configuration: Mapping[str, Any]) -> Joints:
+    return Joints(
+        tuple(configuration["joints"]),
+        tuple(configuration.get("unactuated_joints", ())),
+        tuple(configuration.get("continuous_joints", ())),
+    )
+
+
+def _words(configuration: Mapping[str, Any], joints: Joints) -> dict[str, Any]:
+    """Return names and units, by the fields of `RunSummary`."""
+    # Of the simulated robot alone it is known that no joint slides.
+    unit = "rad" if can_resimulate(joints.names) else "rad or m"
+    compares_joints = configuration.get("features", "joints") == "joints"
+    positions = [name for name in joints.names if name not in joints.continuous]
+    angles = [f"{what} {name}" for name in joints.continuous for what in ("sin", "cos")]
+    return {
+        "continuous": joints.continuous,
+        "features": (*positions, *angles) if compares_joints else (),
+        "unit": unit,
+        "margin_unit": "rad²" if compares_joints and unit == "rad" and not angles else "",
+        "commands": "efforts"
+        if configuration.get("command_interface") == "effort"
+        else "velocities",
+    }
 
 
 def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> IterationSummary:
@@ -115,7 +133,7 @@ def _model(
         ]
     )
     states = [f"{joint} {what}" for what in ("position", "velocity") for joint in joints.names]
-    angles = [f"{what} {joint}" for joint in joints.continuous for what in ("sin", "cos")]
+    angles = [f"{joint} {what}" for joint in joints.continuous for what in ("sin", "cos")]
     extended = [*states, *angles]
     seen = [extended[i] for i in joints.layout.dynamics_inputs or ()]
     commands = [f"{joint} command" for joint in joints.commanded]
@@ -125,11 +143,6 @@ def _model(
         lengthscales=np.exp(found[latest].hyperparameters.log_lengthscales),
         input_spread=inputs.std(axis=0),
     )
-
-
-def _compares_joints(configuration: Mapping[str, Any], joints: Joints) -> bool:
-    """Whether errors are those of joint angles, so that they have a unit."""
-    return configuration.get("features", "joints") == "joints" and not joints.continuous
 
 
 def _text(value: Any) -> str:

@@ -56,6 +56,11 @@ def can_resimulate(joints: Iterable[str]) -> bool:
     return set(joints) <= set(ARM_JOINTS)
 
 
+def can_sweep(joints: Iterable[str]) -> bool:
+    """Whether joints of both arms are among these: one holds the brush, the other the pan."""
+    return {"left", "right"} <= {joint.partition("_")[0] for joint in joints}
+
+
 @contextmanager
 def workers() -> Iterator[ProcessPoolExecutor]:
     """Give a pool of at most two fresh processes: OpenGL and MuJoCo stay out of this one.

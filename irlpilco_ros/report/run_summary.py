@@ -84,7 +84,12 @@ class RunSummary:
         replay_rmse: its error against the demonstration [rad], NaN if there is none.
         model: the latest dynamics model, or None before the first iteration.
         settings: the run's configuration, key to printed value.
-        unit: of errors: "rad" where joint angles are compared.
+        continuous: those joints of which full turns do not count.
+        features: names of the features that are weighted; empty where nobody knows them.
+        unit: of joint positions and their errors; where joints may slide, "rad or m".
+        margin_unit: of the margin; "" where features of several units add up in it.
+        demonstrations: how often the task was shown.
+        commands: what the robot is commanded, "velocities" or "efforts".
     """
 
     name: str
@@ -96,7 +101,12 @@ class RunSummary:
     replay_rmse: float
     model: ModelSummary | None
     settings: dict[str, str]
+    continuous: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
     unit: str = "rad"
+    margin_unit: str = "rad²"
+    demonstrations: int = 1
+    commands: str = "velocities"
 
     @property
     def last(self) -> IterationSummary:
@@ -105,10 +115,10 @@ class RunSummary:
 
     @property
     def feature_names(self) -> tuple[str, ...]:
-        """Names of the weighted features: the joints, unless something else was compared."""
+        """Names of the weighted features; numbers where `features` does not know them."""
         counts = [len(i.weights) for i in self.iterations if i.weights is not None]
-        if not counts or counts[0] == len(self.joints):
-            return self.joints
+        if not counts or counts[0] == len(self.features):
+            return self.features
         return tuple(f"feature {number}" for number in range(1, counts[0] + 1))
 
     @property
@@ -119,29 +129,37 @@ class RunSummary:
     def predicted_rmse(self, iteration: IterationSummary) -> float:
         """Return the error that the model expected: sqrt of E[(q - demonstration)^2] [rad].
 
-        NaN for an iteration without a prediction, and where something else than joint angles is
-        compared. The start is left out, as in the error (6.1).
+        NaN for an iteration without a prediction. The start is left out, as in the error (6.1).
         """
-        if iteration.prediction is None or iteration.deviation is None or self.unit != "rad":
+        if iteration.prediction is None or iteration.deviation is None:
             return float("nan")
-        squares = (iteration.prediction - self.demonstration) ** 2 + iteration.deviation**2
+        squares = self.difference(iteration.prediction) ** 2 + iteration.deviation**2
         return float(np.sqrt(squares[1:].mean()))
 
     def coverage(self, iteration: IterationSummary) -> float:
         """Return the share of a trial, 0..1, within two predicted standard deviations.
 
-        NaN for an iteration without a prediction, and where something else than joint angles is
-        compared. The start is left out.
+        NaN for an iteration without a prediction. The start is left out.
         """
         if iteration.prediction is None or iteration.deviation is None:
             return float("nan")
-        off = np.abs(iteration.trial - iteration.prediction)
+        off = np.abs(self._without_turns(iteration.trial - iteration.prediction))
         return float((off <= 2.0 * iteration.deviation)[1:].mean())
 
     def joint_rmse(self, iteration: IterationSummary) -> FloatArray:
         """Return the error of every joint in a trial, shape (J,) [rad]."""
-        squares = (iteration.trial - self.demonstration)[1:] ** 2
+        squares = self.difference(iteration.trial)[1:] ** 2
         return np.asarray(np.sqrt(squares.mean(axis=0)))
+
+    def difference(self, positions: FloatArray) -> FloatArray:
+        """Return positions (H+1, J) minus the demonstration's, without full turns [rad]."""
+        return self._without_turns(positions - self.demonstration)
+
+    def _without_turns(self, difference: FloatArray) -> FloatArray:
+        columns = [self.joints.index(joint) for joint in self.continuous]
+        nearest = difference.copy()
+        nearest[:, columns] -= 2.0 * np.pi * np.round(difference[:, columns] / (2.0 * np.pi))
+        return nearest
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,14 @@ import numpy as np
 
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.report.debris_figure import DEMONSTRATION, LEARNED, REPLAY
-from irlpilco_ros.report.resimulation import PIECES, Film, can_resimulate, count_debris, film
+from irlpilco_ros.report.resimulation import (
+    PIECES,
+    Film,
+    can_resimulate,
+    can_sweep,
+    count_debris,
+    film,
+)
 from irlpilco_ros.report.run_summary import DebrisCount, RunSummary
 from sim_bridge.guided_motion import GuidedMotion
 
@@ -18,7 +25,8 @@ DEBRIS_SEEDS = tuple(range(6))
 FILM_SEED = 1
 
 NOT_THIS_ROBOT = (
-    "Pictures and debris are left out: the joints of this run are not those of the simulated robot."
+    "Pictures of the motion are left out: the joints of this run are not those of the simulated "
+    "Baxter."
 )
 NO_MUJOCO = "Pictures and debris are left out: MuJoCo is not installed (pip install mujoco)."
 
@@ -44,7 +52,8 @@ class SweepJobs:
 
     Attributes:
         films: by name.
-        counts: for each way of sweeping, one for each of `DEBRIS_SEEDS`.
+        counts: for each way of sweeping, one for each of `DEBRIS_SEEDS`; none with one arm, which
+            cannot sweep.
     """
 
     films: dict[str, Future[Film]]
@@ -67,6 +76,7 @@ class SweepJobs:
         counts = {
             way: [pool.submit(count_debris, motion, seed) for seed in DEBRIS_SEEDS]
             for way, motion in motions.items()
+            if can_sweep(run.joints)
         }
         return cls(films, counts)
 
@@ -76,7 +86,7 @@ class SweepJobs:
         Args:
             tell: Called with the fraction done, 0..1.
         """
-        if not self.counts:
+        if not self.films:
             return SimulatedSweeps(notes=(NOT_THIS_ROBOT,))
         films: dict[str, Film] = {}
         notes: tuple[str, ...] = ()
@@ -91,7 +101,9 @@ class SweepJobs:
         except (IrlPilcoError, BrokenExecutor) as error:
             return SimulatedSweeps(None, films, (*notes, f"Debris is left out: {error}."))
 
-    def _debris(self, tell: Callable[[float], None]) -> DebrisCount:
+    def _debris(self, tell: Callable[[float], None]) -> DebrisCount | None:
+        if not self.counts:
+            return None
         counts = {}
         for number, (way, jobs) in enumerate(self.counts.items()):
             tell(number / len(self.counts))

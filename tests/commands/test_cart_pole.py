@@ -18,7 +18,8 @@ from irlpilco_ros.learning.policies import from_arrays
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.resources import config_file, recording
 from irlpilco_ros.studies.cart_pole import runs
-from irlpilco_ros.studies.cart_pole.page import Runs, write_page
+from irlpilco_ros.studies.cart_pole.page import write_page
+from irlpilco_ros.studies.cart_pole.results import Runs
 from irlpilco_ros.studies.cart_pole.runs import TrialRecord
 from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
@@ -142,13 +143,13 @@ def test_an_expert_finds_out_of_a_detour():
     """
     stored = np.load(Path(__file__).with_name("late_swing_up.npz"))
     task = runs.expert_task()
-    own = [name for name in stored if name.startswith("policy_") and name != "policy_kind"]
+    policy = {
+        name.removeprefix("policy_"): stored[name] for name in stored if name.startswith("policy_")
+    }
     known = [stored[f"log_{name}"] for name in ("lengthscales", "signal", "noise")]
     previous = Iteration(
         index=5,
-        policy=from_arrays(
-            str(stored["policy_kind"]), {name.removeprefix("policy_"): stored[name] for name in own}
-        ),
+        policy=from_arrays(policy),
         hyperparameters=Hyperparameters(*known),
         cost=12.2,
     )

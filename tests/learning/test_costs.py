@@ -66,6 +66,15 @@ def test_curvature_root_is_the_hessian_of_linear_features(name):
     assert np.sum(root**2) == pytest.approx(values[0] - 2 * values[1] + values[2], rel=1e-6)
 
 
+def test_curvature_root_of_the_saturating_cost_is_its_hessian_at_the_target():
+    cost = StateCost(JointPositions(K), MEANS[0, :K], PRECISION, discount=0.9)
+    target, certain = np.tile(MEANS[0], (H + 1, 1)), np.zeros_like(COVARIANCES)
+    change = 1e-3 * np.random.default_rng(2).standard_normal(MEANS.shape)
+    values = [cost.evaluate(target + h * change, certain).value for h in (-1.0, 0.0, 1.0)]
+    root = cost.evaluate(target, certain).curvature_root(change[:, :, None])
+    assert np.sum(root**2) == pytest.approx(values[0] - 2 * values[1] + values[2], rel=1e-3)
+
+
 def test_feature_matching_is_the_expected_square():
     cost = FeatureMatching(JointPositions(K), REFERENCE, WEIGHTS, 1.0, 0.9)
     rng, expected = np.random.default_rng(3), 0.0

@@ -58,7 +58,7 @@ def test_every_choice_runs_and_improves_its_cost(changes):
     task, trials, _ = run(settings, 0)
     iteration = learn(task, settings, trials, progress=lambda p: costs.append(p.cost))
     finite = [cost for cost in costs if np.isfinite(cost)]
-    assert iteration.cost == finite[-1] <= finite[0]
+    assert iteration.cost == finite[-1] < 0.5 * finite[1]  # what the better of two starts costs
     assert iteration.policy.kind == settings.policy
     assert np.isfinite(iteration.policy.parameters).all()
     assert np.isfinite(iteration.predicted_covariances).all()

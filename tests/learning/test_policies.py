@@ -109,14 +109,14 @@ def test_spread_curvature_is_the_hessian_of_priced_gains(kind):
     policy = make(kind)
     policy = policy.with_parameters(1e-3 * policy.parameters)
     state = Gaussian(np.zeros(D), random_gaussian(np.random.default_rng(4), D).covariance)
-    price = np.array([[2.0, 0.3], [0.3, 1.0]])
-    curvature = policy.spread_curvature(state, 2, price)
+    cost_weight = np.array([[2.0, 0.3], [0.3, 1.0]])
+    curvature = policy.spread_curvature(state, 2, cost_weight)
     change = np.zeros_like(policy.parameters)
     change[: F * D] = 1e-3 * np.random.default_rng(5).standard_normal(F * D)
 
     def priced(h):
         moved = policy.with_parameters(policy.parameters + h * change)
-        return float(np.sum(price * moved.moments(state, 2)[0].covariance))
+        return float(np.sum(cost_weight * moved.moments(state, 2)[0].covariance))
 
     second = priced(1.0) - 2.0 * priced(0.0) + priced(-1.0)
     assert change @ curvature @ change == pytest.approx(second, rel=1e-3)

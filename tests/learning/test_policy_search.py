@@ -5,7 +5,7 @@ import pytest
 from toy_models import JOINTS, LaggingJoints, toy_model, toy_task
 
 from irlpilco_ros.learning.costs import FeatureMatching
-from irlpilco_ros.learning.errors import NumericalError
+from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.learn import expected_cost, weigh
@@ -16,7 +16,9 @@ from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
+from irlpilco_ros.learning.search.optimisers import OPTIMISERS
 from irlpilco_ros.learning.search.policy_search import search_policy
+from irlpilco_ros.learning.settings import declarations
 
 LIMIT = np.array([1.0, 0.8])
 
@@ -65,7 +67,7 @@ def test_the_best_start_is_improved():
     problem = objective()
     starts = [policy(0), policy(), policy(1)]
     best = min(problem.evaluate(start).value for start in starts)
-    assert search_policy(problem, starts, "gauss_newton", 3).cost <= best
+    assert search_policy(problem, starts, "gauss_newton", 3).cost < 0.9 * best
 
 
 class Saturated:
@@ -104,10 +106,23 @@ def test_converged_search_stops_early():
 
 
 def test_curvature_is_positive_and_close_to_the_hessian_at_a_good_fit():
+    """What Gauss-Newton leaves out vanishes with the deviations: they are zero here."""
     problem = objective()
-    evaluation = problem.evaluate(search_policy(problem, [policy()], "gauss_newton", 60).policy)
-    curvature = evaluation.curvature()
+    good = policy().with_parameters(0.3 * policy(2).parameters)
+    reference = problem.evaluate(good).trajectory.means[:, :2]
+    cost = dataclasses.replace(problem.cost, reference=reference, variance_weight=0.0)
+    problem = dataclasses.replace(problem, cost=cost)
+    curvature = problem.evaluate(good).curvature()
+
+    def gradient(change):
+        return problem.evaluate(good.with_parameters(good.parameters + change)).gradient()
+
+    step = 1e-5
+    axes = np.eye(len(good.parameters))
+    slopes = [gradient(step * axis) - gradient(-step * axis) for axis in axes]
+    hessian = np.stack(slopes) / (2.0 * step)
     assert np.linalg.eigvalsh(curvature).min() > -1e-8 * np.trace(curvature)
+    assert np.linalg.norm(curvature - hessian) < 0.1 * np.linalg.norm(hessian)
 
 
 def test_progress_may_cancel():
@@ -121,14 +136,14 @@ def test_progress_may_cancel():
 
 
 class Sometimes:
-    """A model that fails from a given prediction on."""
+    """A model that fails at some of its predictions, counted from 0."""
 
-    def __init__(self, model, good):
-        self.model, self.good = model, good
+    def __init__(self, model, failing):
+        self.model, self.failing, self.count = model, failing, -1
 
     def predict(self, mean, covariance, approximation="first_order", gradient=True):
-        self.good -= 1
-        if self.good < 0:
+        self.count += 1
+        if self.count in self.failing:
             raise NumericalError("no answer")
         return self.model.predict(mean, covariance, approximation, gradient)
 
@@ -136,25 +151,34 @@ class Sometimes:
 @pytest.mark.parametrize("optimiser", ["gauss_newton", "bfgs", "lbfgs"])
 def test_failed_predictions_are_passed_over(optimiser):
     problem = objective()
-    broken = Objective(Sometimes(problem.model, 12), problem.start, 5, problem.layout, problem.cost)
-    found = search_policy(broken, [policy()], optimiser, 8)
-    assert np.isfinite(found.cost)
+    model = Sometimes(problem.model, failing=[22])
+    found = search_policy(dataclasses.replace(problem, model=model), [policy()], optimiser, 12)
+    assert found.cost < 0.9 * problem.evaluate(policy()).value
+    assert found.cost == pytest.approx(problem.evaluate(found.policy).value, rel=1e-12)
+    if optimiser != "lbfgs":  # SciPy's line search gives up
+        assert found.evaluations == 13
 
 
 def test_no_finite_start_is_an_error_that_says_what_to_do():
     problem = objective()
-    broken = Objective(Sometimes(problem.model, 0), problem.start, 5, problem.layout, problem.cost)
+    broken = dataclasses.replace(problem, model=Sometimes(problem.model, failing=range(1)))
     with pytest.raises(NumericalError, match="zero"):
         search_policy(broken, [policy()], "gauss_newton", 5)
 
 
-def test_a_race_improves_every_start_before_the_best_goes_on():
+def test_screening_improves_every_start_before_the_best_goes_on():
     problem = objective()
     starts = [policy(), policy(3)]
     found = search_policy(problem, starts, "bfgs", 22, screening=8)
     assert found.evaluations <= 32
     costs = [search_policy(problem, [start], "bfgs", 7).cost for start in starts]
-    assert found.cost <= min(costs)
+    assert found.cost < 0.95 * min(costs), "it goes on where the better of them got"
     best = min(starts, key=lambda start: problem.evaluate(start).value)
     plain = search_policy(problem, starts, "bfgs", 0)
     assert plain.cost == pytest.approx(problem.evaluate(best).value, rel=1e-12)
+
+
+def test_the_settings_offer_the_optimisers_there_are():
+    assert declarations(LearningSettings)["optimiser"].choices == tuple(OPTIMISERS)
+    with pytest.raises(InvalidSettingError, match="gauss_newton, bfgs, lbfgs"):
+        search_policy(objective(), [policy()], "newton", 5)

@@ -120,9 +120,9 @@ def test_parallel_work_may_be_nested():
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_call_for_later_is_made_once(threads):
     calls = []
-    tasks = [run_later(lambda i=i: calls.append(i) or i, threads) for i in range(200)]
-    assert [task.result() for task in reversed(tasks)] == list(range(199, -1, -1))
-    assert [task.result() for task in tasks] == list(range(200))
+    later = [run_later(lambda i=i: calls.append(i) or i, threads) for i in range(200)]
+    assert [call.result() for call in reversed(later)] == list(range(199, -1, -1))
+    assert [call.result() for call in later] == list(range(200))
     assert sorted(calls) == list(range(200))
 
 
@@ -131,9 +131,8 @@ def test_the_error_of_a_call_for_later_is_raised_to_who_asks(threads):
     def fail():
         raise ValueError("late")
 
-    task = run_later(fail, threads)
     with pytest.raises(ValueError, match="late"):
-        task.result()
+        run_later(fail, threads).result()
     assert run_parallel(lambda i: i, range(4), threads) == [0, 1, 2, 3]
 
 
@@ -155,18 +154,18 @@ def test_what_nobody_can_ask_for_any_more_is_not_computed():
     assert calls == ["kept"]
 
 
-def test_whoever_waits_does_what_was_left_for_later():
-    begun, left, kept = threading.Event(), threading.Event(), []
+def test_a_forked_process_has_helpers_of_its_own():
+    run_alone("""
+import os
+from irlpilco_ros.learning.numerics.threads import run_later, run_parallel
 
-    def work(i):
-        if threading.current_thread() is threading.main_thread():
-            begun.wait(20.0)
-            kept.append(run_later(left.set, 2))
-            return "caller"
-        begun.set()
-        return left.wait(20.0)  # the only helper is busy: nobody but the caller can set it
-
-    assert set(run_parallel(work, range(2), 2)) == {"caller", True}
+assert run_parallel(abs, range(8), 2) == list(range(8))
+child = os.fork()
+if child == 0:
+    works = run_parallel(abs, range(8), 2) == list(range(8))
+    os._exit(0 if works and run_later(lambda: 7, 2).result() == 7 else 1)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+""")
 
 
 def test_scratch_belongs_to_its_thread():

@@ -36,7 +36,7 @@ class FakeRobot:
         self.velocities = dict.fromkeys(joints, 0.0)
         self.commands: list[JointState] = []
         self.states: list[tuple[int, dict[str, float]]] = []
-        self.stamp = 1_000_000_000
+        self.stamp = 5_000_000_000
         self.distort: Callable[[JointState], None] = lambda message: None
         self.is_silent = False
         self.wall_step = wall_step

@@ -35,15 +35,17 @@ def diagnostics(graph):
 
 
 @pytest.fixture
-def default_timeout(graph):
-    assert graph.set_parameters("controller", {"state_timeout": 0.15}).successful
+def short_timeout(graph):
+    """Long enough for the robot, which is a thread of this process and may have to wait."""
+    assert graph.set_parameters("controller", {"state_timeout": 0.8}).successful
     yield
     assert graph.set_parameters("controller", {"state_timeout": 2.0}).successful
 
 
 @pytest.fixture
 def robot(graph):
-    with FakeRobot(graph, JOINTS) as fake:
+    # In lockstep, lest a busy computer loses states: that would be another reason to stop.
+    with FakeRobot(graph, JOINTS, lockstep=True) as fake:
         yield fake
     assert graph.set_parameters("controller", table([0.0, 0.0])).successful
 
@@ -96,7 +98,7 @@ def run_trial(ros, lockstep):
     ros.start(
         CONTROLLER, parameters={**ROBOT, **policy_to_parameters(LINEAR, Joints(tuple(JOINTS)))}
     )
-    with FakeRobot(ros, JOINTS, [0.1, -0.1], wall_step=0.004, lockstep=lockstep) as robot:
+    with FakeRobot(ros, JOINTS, [0.1, -0.1], wall_step=0.02, lockstep=lockstep) as robot:
         ros.wait_for(lambda: len(robot.states) > 1, "states")
         answer = trigger_when_heard(ros, "controller/run_trial")
         assert answer.success, answer.message
@@ -178,17 +180,17 @@ def test_an_effort_robot_gets_efforts(ros):
     assert all(len(command.velocity) == 0 for command in robot.commands)
 
 
-@pytest.mark.usefixtures("default_timeout")
+@pytest.mark.usefixtures("short_timeout")
 def test_silent_joint_states_stop_the_robot(graph, robot, diagnostics):
     answer = begin_trial(graph, robot, MOVING)
     robot.is_silent = True
     began = time.monotonic()
     graph.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
-    assert 0.1 < time.monotonic() - began < 0.5
-    assert_stopped(graph, robot, answer, "no joint state for 0.15 s of: elbow, wrist", diagnostics)
+    assert 0.7 < time.monotonic() - began < 1.6
+    assert_stopped(graph, robot, answer, "no joint state for 0.8 s of: elbow, wrist", diagnostics)
 
 
-@pytest.mark.usefixtures("default_timeout")
+@pytest.mark.usefixtures("short_timeout")
 def test_a_joint_that_goes_missing_stops_the_robot(graph, robot, diagnostics):
     answer = begin_trial(graph, robot, MOVING)
 
@@ -198,7 +200,7 @@ def test_a_joint_that_goes_missing_stops_the_robot(graph, robot, diagnostics):
             del values[place]
 
     robot.distort = drop_wrist
-    assert_stopped(graph, robot, answer, "no joint state for 0.15 s of: wrist", diagnostics)
+    assert_stopped(graph, robot, answer, "no joint state for 0.8 s of: wrist", diagnostics)
 
 
 @pytest.mark.parametrize(
@@ -279,11 +281,11 @@ def test_disabling_stops_the_trial_and_refuses_the_next(graph, robot, diagnostic
     graph.trigger("controller/stop")
 
 
-@pytest.mark.usefixtures("default_timeout")
+@pytest.mark.usefixtures("short_timeout")
 def test_stamps_that_run_back_or_jump_stop_the_robot(graph, robot, diagnostics):
     answer = begin_trial(graph, robot, MOVING)
-    robot.stamp -= 500_000_000
-    assert_stopped(graph, robot, answer, "ran back by 0.4", diagnostics)
+    robot.stamp -= 1_500_000_000
+    assert_stopped(graph, robot, answer, "ran back by 1.4", diagnostics)
     robot.commands.clear()
     answer = begin_trial(graph, robot, MOVING)
     robot.stamp += 500_000_000
@@ -341,7 +343,7 @@ def test_limits_that_are_not_guarded_are_told(ros):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_the_robot_before_the_node_ends(ros, number):
     process = ros.start(CONTROLLER, parameters={**LONG, **MOVING})
-    with FakeRobot(ros, JOINTS) as robot:
+    with FakeRobot(ros, JOINTS, lockstep=True) as robot:
         answer = begin_trial(ros, robot, MOVING)
         assert process.stop(number) == 0
         ros.wait_for(answer.done, "the answer")

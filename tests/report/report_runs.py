@@ -45,6 +45,7 @@ def summary(joints: tuple[str, ...], iterations: int = 2, horizon: int = 4) -> R
         replay_rmse=0.02,
         model=ModelSummary(tuple(inputs), tuple(states), lengthscales, np.full(len(inputs), 2.0)),
         settings={"imitation": "feature_matching"},
+        features=joints,
     )
 
 

@@ -104,7 +104,11 @@ def test_report_of_a_cart_pole_whose_pole_nobody_commands(tmp_path: Path) -> Non
     assert main(["train", *arguments]) == 0
     assert main(["report", str(run)]) == 0
     html = (run / "report" / "index.html").read_text(encoding="utf-8")
-    assert "feature units" in html  # x in metres, theta as sine and cosine
+    assert "rad or m" in html  # the cart slides, the pole turns
+    for name in ("cart", "sin pole", "cos pole"):
+        assert f">{name}</text>" in (run / "report" / "weights.svg").read_text(encoding="utf-8")
+    relevance = (run / "report" / "relevance.svg").read_text(encoding="utf-8")
+    assert relevance.count(">pole</text>") == 5  # velocity, sine, cosine; two outputs
     assert "Trial 1</b>" in html
     assert "Length-scales" in html
 

@@ -154,6 +154,13 @@ def test_computing_time_is_stacked_and_robot_time_adds_up() -> None:
     np.testing.assert_allclose(right.lines[0].get_ydata(), [8.0, 16.0, 24.0])
 
 
+def test_figures_name_the_unit_of_the_robot() -> None:
+    run = dataclasses.replace(summary(("a", "b")), unit="rad or m", margin_unit="")
+    assert position_figure(run, run.last).get_supylabel() == "joint position [rad or m]"
+    assert "[rad or m]" in error_figure(run).axes[0].get_ylabel()
+    assert weights_figure(run).axes[1].get_ylabel() == "margin of the weights"
+
+
 def test_relevance_has_a_name_at_every_row_and_column() -> None:
     model = summary(("left_s0", "left_s1")).model
     assert model is not None

@@ -136,6 +136,36 @@ def test_remarks_of_an_iteration_are_shown(artwork: Artwork) -> None:
     assert "Iteration 2: jitter was added" in render_page(run, artwork)
 
 
+def test_a_robot_that_was_shown_twice_and_is_commanded_efforts(artwork: Artwork) -> None:
+    run = dataclasses.replace(summary(("a", "b")), demonstrations=2, commands="efforts")
+    text = Page(render_page(run, artwork)).text
+    assert "learned from 2 demonstrations" in text
+    assert "shown the task 2 times" in text
+    assert "demonstrated efforts" in text
+    assert "velocities" not in text
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"),
+    [
+        (("left_s0", "left_s1"), "The arm is guided"),
+        (("left_s0", "right_s0"), "The arms are guided"),
+    ],
+)
+def test_arms_are_counted(artwork: Artwork, joints: tuple[str, ...], words: str) -> None:
+    assert words in Page(render_page(summary(joints), artwork)).text
+
+
+def test_sentences_that_do_not_apply_are_left_out(artwork: Artwork) -> None:
+    run = dataclasses.replace(summary(("a",), iterations=0), replay=None, replay_rmse=float("nan"))
+    bare = dataclasses.replace(artwork, relevance=None)
+    bare = dataclasses.replace(bare, joints={(0, "position"): "<svg/>"})
+    text = Page(render_page(run, bare)).text
+    assert "1 joint ·" in text
+    assert "Diamonds" not in text
+    assert "velocities" not in text
+
+
 @pytest.mark.parametrize(
     ("seconds", "words"),
     [

@@ -50,6 +50,20 @@ def test_relevance_is_spread_by_lengthscale() -> None:
 def test_other_features_than_joints_are_numbered() -> None:
     run = summary(("a", "b"), iterations=1)
     assert run.feature_names == ("a", "b")
+    assert dataclasses.replace(run, features=()).feature_names == ("feature 1", "feature 2")
     last = dataclasses.replace(run.last, weights=np.ones(3))
     other = dataclasses.replace(run, iterations=(run.iterations[0], last))
     assert other.feature_names == ("feature 1", "feature 2", "feature 3")
+
+
+def test_full_turns_of_a_continuous_joint_are_no_error() -> None:
+    run = dataclasses.replace(summary(("a", "b")), continuous=("b",))
+    turned = np.array([0.0, 2.0 * np.pi])
+    assert run.last.prediction is not None
+    last = dataclasses.replace(
+        run.last, trial=run.last.trial + turned, prediction=run.last.prediction - turned
+    )
+    np.testing.assert_allclose(run.joint_rmse(last), run.joint_rmse(run.last))
+    assert run.predicted_rmse(last) == pytest.approx(run.predicted_rmse(run.last))
+    assert run.coverage(last) == run.coverage(run.last)
+    np.testing.assert_allclose(run.difference(last.trial), last.trial - run.demonstration - turned)

@@ -76,6 +76,14 @@ def test_run_without_replay(seen: list) -> None:
     assert list(result.debris.counts) == [DEMONSTRATION, LEARNED]
 
 
+def test_one_arm_is_shown_but_sweeps_nothing(seen: list) -> None:
+    result = simulate(summary(("left_s0", "left_w2")))
+    assert list(result.films) == ["demonstration", "trial 2"]
+    assert result.debris is None
+    assert result.notes == ()
+    assert seen == []
+
+
 def test_another_robot_is_not_simulated(seen: list) -> None:
     result = simulate(summary(("shoulder", "elbow")))
     assert seen == []

@@ -93,6 +93,20 @@ def test_limit_to_limit_stays_finite_and_inside(preset: str) -> None:
         assert np.abs(history[:, 0]).max() < 20.0
 
 
+def test_the_delayed_robot_runs_0_4_s_behind_at_constant_speed() -> None:
+    behind = {}
+    for preset in ("compliant", "delayed"):
+        robot = quiet(preset=preset)
+        start, speed = robot.true_positions, np.full(14, 0.05)
+        for _ in range(300):
+            robot.command(ARM_JOINTS, speed)
+            robot.step()
+        travelled = robot.true_positions - start
+        behind[preset] = float(np.mean(robot.time - travelled / robot.true_velocities))
+    assert behind["delayed"] - behind["compliant"] == pytest.approx(0.05 + 0.3, abs=0.02)
+    assert 0.38 <= behind["delayed"] <= 0.6  # the soft servo's own part comes on top
+
+
 def test_command_lag_delays_the_motion() -> None:
     joint = 6
     for lag, preset in ((0.0, "compliant"), (0.08, "compliant"), (0.08, "stiff")):

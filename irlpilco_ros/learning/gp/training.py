@@ -17,8 +17,8 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.sharing import for_each_output
 
 _SMALLEST_SCALE = 1e-8
-_LENGTHSCALE_REACH = math.log(100.0) * 1.3  # the soft penalty is at a factor of 100
-_SIGNAL_REACH = math.log(1e3)
+_LENGTHSCALE_RANGE = math.log(100.0) * 1.3  # the soft penalty is at a factor of 100
+_SIGNAL_RANGE = math.log(1e3)
 _NOISE_FLOOR, _NOISE_CEILING = math.log(1e-5), math.log(10.0)
 
 
@@ -58,10 +58,10 @@ class _Scales:
         """Return the box of the search for output a, of shape (P + 2, 2)."""
         height = self.targets[a]
         lower = np.append(
-            self.inputs - _LENGTHSCALE_REACH, [height - _SIGNAL_REACH, height + _NOISE_FLOOR]
+            self.inputs - _LENGTHSCALE_RANGE, [height - _SIGNAL_RANGE, height + _NOISE_FLOOR]
         )
         upper = np.append(
-            self.inputs + _LENGTHSCALE_REACH, [height + _SIGNAL_REACH, height + _NOISE_CEILING]
+            self.inputs + _LENGTHSCALE_RANGE, [height + _SIGNAL_RANGE, height + _NOISE_CEILING]
         )
         return np.stack([lower, upper], axis=1)
 
@@ -102,7 +102,7 @@ def maximise_evidence(
         starts[0] = _stack(warm_start, outputs, size)
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_points)).astype(int)
     points, values = inputs[chosen], targets[chosen]
-    report = _Progress(progress, outputs)
+    report = _OutputCounter(progress, outputs)
 
     def one_output(a: int) -> Array:
         found = _search(
@@ -167,7 +167,7 @@ def _stack(warm_start: Hyperparameters, outputs: int, size: int) -> Array:
     )
 
 
-class _Progress:
+class _OutputCounter:
     """Counts outputs and tells whoever wants to know, one call at a time."""
 
     def __init__(self, callback: Callable[[float], None] | None, total: int) -> None:

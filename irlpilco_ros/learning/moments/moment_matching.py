@@ -27,7 +27,7 @@ from irlpilco_ros.learning.moments.output_moments import OutputGroup, OutputMome
 from irlpilco_ros.learning.moments.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 from irlpilco_ros.learning.numerics.sharing import output_groups
-from irlpilco_ros.learning.numerics.threads import Task, one_blas_thread, run_parallel
+from irlpilco_ros.learning.numerics.threads import Deferred, one_blas_thread, run_parallel
 
 CovarianceApproximation: TypeAlias = Literal["first_order", "exact"]
 
@@ -80,7 +80,7 @@ class MomentMatching:
         covariance = symmetric(covariance)
         pairs = None
         with one_blas_thread():
-            displacements = Task(partial(Displacements.of, self.posterior.points, mean))
+            displacements = Deferred(partial(Displacements.of, self.posterior.points, mean))
             outputs = _Outputs.of(groups, displacements, covariance, gradient, threads)
             if approximation == "exact":
                 pairs = all_pairs(
@@ -121,7 +121,7 @@ class _Outputs:
     @staticmethod
     def of(
         groups: tuple[OutputGroup, ...],
-        displacements: Task[Displacements],
+        displacements: Deferred[Displacements],
         covariance: Array,
         gradient: bool,
         threads: int,

@@ -38,7 +38,7 @@ from irlpilco_ros.learning.moments.pair_blocks import (
 )
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.linear_algebra import diagonals, regularised_inverse
-from irlpilco_ros.learning.numerics.threads import Task, one_blas_thread, run_later, scratch
+from irlpilco_ros.learning.numerics.threads import Deferred, one_blas_thread, run_later, scratch
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class OutputMoments:
     jacobian: Array
     P1: Array
     q: Array
-    square_derivatives: Task[SquareDerivatives] | None
+    square_derivatives: Deferred[SquareDerivatives] | None
 
     def pullback(
         self, mean_bar: Array, jacobian_bar: Array, variance_bar: Array
@@ -145,7 +145,7 @@ def _weighted_sum(weights: Array, stack: Array) -> Array:
 
 def output_moments(
     group: OutputGroup,
-    all_displacements: Task[Displacements],
+    all_displacements: Deferred[Displacements],
     covariance: Array,
     gradient: bool,
     threads: int,
@@ -164,7 +164,7 @@ def output_moments(
     Raises:
         NumericalError: if the covariance is indefinite.
     """
-    all_displacements.run()
+    all_displacements.begin()
     squares = group.lengthscales_squared
     count = len(squares)
     inverses, log_determinants = regularised_inverse(

@@ -71,20 +71,20 @@ class _Block:
     Attributes:
         a: Index of the first output, of shape (b,).
         b: Index of the second.
-        d_a: Diagonal of D_a, of shape (b, P).
-        d_b: Diagonal of D_b.
-        dd_a: What packed matrices M are multiplied by for D_a M D_a, of shape (b, P (P + 1) / 2).
-        dd_b: The same for D_b.
+        D_a: Diagonal of D_a, of shape (b, P).
+        D_b: Diagonal of D_b.
+        DD_a: What packed matrices M are multiplied by for D_a M D_a, of shape (b, P (P + 1) / 2).
+        DD_b: The same for D_b.
         z_a: Displacements of the points that support a.
         z_b: Those that support b.
     """
 
     a: NDArray[np.intp]
     b: NDArray[np.intp]
-    d_a: Array
-    d_b: Array
-    dd_a: Array
-    dd_b: Array
+    D_a: Array
+    D_b: Array
+    DD_a: Array
+    DD_b: Array
     z_a: Displacements
     z_b: Displacements
 
@@ -108,8 +108,8 @@ def all_pairs(
         threads: How many threads may work.
     """
     first, second = np.triu_indices(posterior.outputs, k=1)
-    d = 1.0 / posterior.lengthscales_squared
-    dd = pack(d[:, :, None] * d[:, None, :])
+    D = 1.0 / posterior.lengthscales_squared
+    DD = pack(D[:, :, None] * D[:, None, :])
     size = len(covariance) if gradient else 0
     values = np.zeros(len(first))
     by_mean = np.empty((len(first), size))
@@ -118,7 +118,7 @@ def all_pairs(
     def one_block(part: slice) -> None:
         a, b = first[part], second[part]
         block = _Block(
-            a, b, d[a], d[b], dd[a], dd[b], displacements.select(a), displacements.select(b)
+            a, b, D[a], D[b], DD[a], DD[b], displacements.select(a), displacements.select(b)
         )
         values[part] = _mean_products(
             posterior, covariance, block, by_mean[part], by_covariance[part], gradient
@@ -142,18 +142,18 @@ def _mean_products(
     gradient: bool,
 ) -> Array:
     """Return the mean products of a block of pairs (b,), and fill in their derivatives."""
-    inverse = 1.0 / (block.d_a + block.d_b)
-    k, log_determinant = regularised_inverse(covariance, inverse)
-    left, right, clip = _exponent_factors(posterior, block, inverse, k, log_determinant)
+    inv_L = 1.0 / (block.D_a + block.D_b)
+    K, log_determinant = regularised_inverse(covariance, inv_L)
+    left, right, clip = _exponent_factors(posterior, block, inv_L, K, log_determinant)
     rows, products = _products(posterior, block, left, right, clip, gradient)
     total: Array = rows.sum(axis=1)
     if gradient:
         moment, first = _moments(block, rows, products)
-        turn = k * inverse[:, None, :]
-        by_mean[...] = (turn @ first[:, :, None])[:, :, 0]
-        # The second is the transpose of turn, K being symmetric, in memory as BLAS likes it.
-        np.matmul(turn @ moment, inverse[:, :, None] * k, out=by_covariance)
-        by_covariance -= total[:, None, None] * k
+        K_inv_L = K * inv_L[:, None, :]
+        by_mean[...] = (K_inv_L @ first[:, :, None])[:, :, 0]
+        # The second factor is the transpose of K_inv_L, K being symmetric, in BLAS's own order.
+        np.matmul(K_inv_L @ moment, inv_L[:, :, None] * K, out=by_covariance)
+        by_covariance -= total[:, None, None] * K
         by_covariance *= 0.5
     return total
 
@@ -191,33 +191,33 @@ def _products(
 
 
 def _exponent_factors(
-    posterior: Posterior, block: _Block, inverse: Array, k: Array, log_determinant: Array
+    posterior: Posterior, block: _Block, inv_L: Array, K: Array, log_determinant: Array
 ) -> tuple[Array, Array, bool]:
     """Return [D_b T D_a Z'; e_a; 1] and [Z'; 1; e_b]: z_i'D_a T D_b z_j + e_ai + e_bj.
 
     The third value says whether an exponent may have to be clipped; T >= 0 bounds them.
     """
-    t = -inverse[:, :, None] * k * inverse[:, None, :]
-    count, size = inverse.shape
-    diagonals(t)[...] += inverse
-    packed = pack(t)
+    T = -inv_L[:, :, None] * K * inv_L[:, None, :]
+    count, size = inv_L.shape
+    diagonals(T)[...] += inv_L
+    packed = pack(T)
     factors = []
     lowest = 0.0
-    for outputs, d, dd, z in (
-        (block.a, block.d_a, block.dd_a, block.z_a),
-        (block.b, block.d_b, block.dd_b, block.z_b),
+    for outputs, D, DD, z in (
+        (block.a, block.D_a, block.DD_a, block.z_a),
+        (block.b, block.D_b, block.DD_b, block.z_b),
     ):
-        distances = z.scaled_distances(d)
-        exponents = z.packed_forms(packed * dd) - distances
-        exponents *= 0.5
+        distances = z.scaled_distances(D)
+        e = z.packed_forms(packed * DD) - distances
+        e *= 0.5
         offsets = np.log(posterior.signal_variance[outputs]) - 0.25 * log_determinant
-        exponents += offsets[:, None]
-        factors.append(exponents)
+        e += offsets[:, None]
+        factors.append(e)
         lowest += offsets.min() - 0.5 * distances.max()
     n = factors[0].shape[1]
     left, right = scratch("left", (count, size + 2, n)), scratch("right", (count, size + 2, n))
     np.matmul(
-        block.d_b[:, :, None] * t * block.d_a[:, None, :], block.z_a.z[:, :size], out=left[:, :size]
+        block.D_b[:, :, None] * T * block.D_a[:, None, :], block.z_a.z[:, :size], out=left[:, :size]
     )
     left[:, size], left[:, size + 1] = factors[0], 1.0
     right[:, : size + 1], right[:, size + 1] = block.z_b.z, factors[1]
@@ -235,14 +235,14 @@ def _moments(block: _Block, rows: Array, products: Array) -> tuple[Array, Array]
         rows: r, of shape (b, n).
         products: Z'Q with c in the last row, of shape (b, P + 1, n).
     """
-    size = block.d_a.shape[1]
+    size = block.D_a.shape[1]
     columns = np.ascontiguousarray(products[:, size])
     moment = products[:, :size] @ block.z_b.rows
-    moment *= 2.0 * block.d_a[:, :, None]
-    moment *= block.d_b[:, None, :]
-    packed = block.dd_a * block.z_a.packed_moments(rows)
-    packed += block.dd_b * block.z_b.packed_moments(columns)
+    moment *= 2.0 * block.D_a[:, :, None]
+    moment *= block.D_b[:, None, :]
+    packed = block.DD_a * block.z_a.packed_moments(rows)
+    packed += block.DD_b * block.z_b.packed_moments(columns)
     moment += unpack(packed, size)
-    first = block.d_a * block.z_a.first_moments(rows)
-    first += block.d_b * block.z_b.first_moments(columns)
+    first = block.D_a * block.z_a.first_moments(rows)
+    first += block.D_b * block.z_b.first_moments(columns)
     return moment, first

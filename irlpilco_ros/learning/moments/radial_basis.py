@@ -45,13 +45,13 @@ FitPullback = Callable[[Bumps], tuple[Array, Array, Array]]
 def bumps_moments(bumps: Bumps, state: Gaussian) -> tuple[Moments, BumpsPullback]:
     """Return the exact moments of a sum of bumps at a Gaussian input, and their pullback."""
     count = len(bumps.heights)
-    tight = np.exp(-2.0 * bumps.log_widths)
+    inv_L = np.exp(-2.0 * bumps.log_widths)
     a, b = _pairs(count)
-    regularisers = np.concatenate([1.0 / tight, 1.0 / (tight[a] + tight[b])])
+    regularisers = np.concatenate([1.0 / inv_L, 1.0 / (inv_L[a] + inv_L[b])])
     inverses, log_determinants = regularised_inverse(state.covariance, regularisers)
     z = bumps.centres - state.mean
     first = _First.of(bumps.heights, z, inverses[:count], log_determinants[:count])
-    pairs = _Pairs(a, b, z, tight[a], tight[b], bumps.heights[a], bumps.heights[b])
+    pairs = _Pairs(a, b, z, inv_L[a], inv_L[b], bumps.heights[a], bumps.heights[b])
     second = _Second.of(pairs, inverses[count:], log_determinants[count:])
     products = np.empty((count, count))
     products[a, b] = products[b, a] = second.totals
@@ -61,11 +61,11 @@ def bumps_moments(bumps: Bumps, state: Gaussian) -> tuple[Moments, BumpsPullback
     ) -> tuple[Array, Array, Bumps]:
         bar = symmetric(covariance_bar)
         z_bar, S_bar, heights_bar, squares_bar = first.pull(
-            mean_bar - 2.0 * bar @ first.mean, jacobian_bar, tight
+            mean_bar - 2.0 * bar @ first.mean, jacobian_bar, inv_L
         )
-        price = bar[a, b] * np.where(a == b, 1.0, 2.0)
-        more = second.pull(price, count)
-        log_widths_bar = 2.0 * (squares_bar / tight - tight * more[3])
+        totals_bar = bar[a, b] * np.where(a == b, 1.0, 2.0)
+        more = second.pull(totals_bar, count)
+        log_widths_bar = 2.0 * (squares_bar / inv_L - inv_L * more[3])
         return (
             -(z_bar + more[0]).sum(axis=0),
             S_bar + more[1],
@@ -116,7 +116,7 @@ class _First:
         jacobian = (q[:, None] @ t)[:, 0]
         return _First(q.sum(axis=1), jacobian, inverse, values, q, t)
 
-    def pull(self, mean_bar: Array, jacobian_bar: Array, tight: Array) -> Pulled:
+    def pull(self, mean_bar: Array, jacobian_bar: Array, inv_L: Array) -> Pulled:
         """Pull derivatives by mean and Jacobian back, with 1 / L given; the last is by L."""
         g = mean_bar[:, None] + (self.t @ jacobian_bar[:, :, None])[:, :, 0]
         h = self.q * g
@@ -126,7 +126,7 @@ class _First:
         B_bar = 0.5 * (self.t * h[:, :, None]).swapaxes(1, 2) @ self.t
         B_bar -= 0.5 * total[:, :, None] * self.inverse
         B_bar -= symmetric(back[:, :, None] * self.jacobian[:, None, :])
-        squares_bar = B_bar.diagonal(axis1=1, axis2=2) + 0.5 * total * tight
+        squares_bar = B_bar.diagonal(axis1=1, axis2=2) + 0.5 * total * inv_L
         return z_bar, B_bar.sum(axis=0), g * self.values, squares_bar
 
 
@@ -138,8 +138,8 @@ class _Pairs:
         a: Indices of the first, shape (p,).
         b: Indices of the second, shape (p,).
         z: Shape (N, D).
-        tight_a: 1 / L_a, shape (p, D).
-        tight_b: 1 / L_b, shape (p, D).
+        D_a: 1 / L_a, shape (p, D).
+        D_b: 1 / L_b, shape (p, D).
         heights_a: Shape (p, N).
         heights_b: Shape (p, N).
     """
@@ -147,8 +147,8 @@ class _Pairs:
     a: NDArray[np.intp]
     b: NDArray[np.intp]
     z: Array
-    tight_a: Array
-    tight_b: Array
+    D_a: Array
+    D_b: Array
     heights_a: Array
     heights_b: Array
 
@@ -179,11 +179,11 @@ class _Second:
     @staticmethod
     def of(pairs: _Pairs, K: Array, log_determinant: Array) -> _Second:
         """Return the second moments, given K and log|I + S D|."""
-        wide = 1.0 / (pairs.tight_a + pairs.tight_b)
-        T = -wide[:, :, None] * K * wide[:, None, :]
-        diagonals(T)[...] += wide
+        inv_D = 1.0 / (pairs.D_a + pairs.D_b)
+        T = -inv_D[:, :, None] * K * inv_D[:, None, :]
+        diagonals(T)[...] += inv_D
         z = pairs.z
-        u, w = z * pairs.tight_a[:, None], z * pairs.tight_b[:, None]
+        u, w = z * pairs.D_a[:, None], z * pairs.D_b[:, None]
         Tu, Tw = u @ T, w @ T
         own_u = 0.5 * ((u * (Tu - z)).sum(axis=2) - log_determinant[:, None])
         own_w = 0.5 * (w * (Tw - z)).sum(axis=2)
@@ -191,27 +191,27 @@ class _Second:
         weighed = (values @ pairs.heights_b[:, :, None])[:, :, 0]
         return _Second(pairs, (pairs.heights_a * weighed).sum(axis=1), K, T, values)
 
-    def pull(self, price: Array, outputs: int) -> Pulled:
+    def pull(self, totals_bar: Array, outputs: int) -> Pulled:
         """Pull derivatives by the totals (p,) back; the last is by 1 / L."""
         pairs, T = self.pairs, self.T
-        ia, ib, z = pairs.tight_a[:, None], pairs.tight_b[:, None], pairs.z
-        values = price[:, None, None] * self.values
+        D_a, D_b, z = pairs.D_a[:, None], pairs.D_b[:, None], pairs.z
+        values = totals_bar[:, None, None] * self.values
         by_a = values @ pairs.heights_b[:, :, None]
         by_b = values.swapaxes(1, 2) @ pairs.heights_a[:, :, None]
         r, s = pairs.heights_a[:, :, None] * by_a, pairs.heights_b[:, :, None] * by_b
         Q = pairs.heights_a[:, :, None] * values * pairs.heights_b[:, None, :]
-        u, w = z * ia, z * ib
+        u, w = z * D_a, z * D_b
         ru, sw, Qw = r * u, s * w, Q @ w
         u_bar, w_bar = (ru + Qw) @ T, (sw + Q.swapaxes(1, 2) @ u) @ T
-        z_bar = u_bar * ia + w_bar * ib - ru - sw
+        z_bar = u_bar * D_a + w_bar * D_b - ru - sw
         half = 0.5 * u.swapaxes(1, 2) @ ru + u.swapaxes(1, 2) @ Qw + 0.5 * w.swapaxes(1, 2) @ sw
-        S_bar, both_bar = self._pull_spread(half + half.swapaxes(1, 2), r.sum(axis=1))
-        heights_bar, tight_bar = np.zeros((outputs, len(z))), np.zeros((outputs, z.shape[1]))
+        S_bar, D_bar = self._pull_spread(half + half.swapaxes(1, 2), r.sum(axis=1))
+        heights_bar, inv_L_bar = np.zeros((outputs, len(z))), np.zeros((outputs, z.shape[1]))
         np.add.at(heights_bar, pairs.a, by_a[:, :, 0])
         np.add.at(heights_bar, pairs.b, by_b[:, :, 0])
-        np.add.at(tight_bar, pairs.a, both_bar + (z * (u_bar - 0.5 * r * z)).sum(axis=1))
-        np.add.at(tight_bar, pairs.b, both_bar + (z * (w_bar - 0.5 * s * z)).sum(axis=1))
-        return z_bar.sum(axis=0), S_bar, heights_bar, tight_bar
+        np.add.at(inv_L_bar, pairs.a, D_bar + (z * (u_bar - 0.5 * r * z)).sum(axis=1))
+        np.add.at(inv_L_bar, pairs.b, D_bar + (z * (w_bar - 0.5 * s * z)).sum(axis=1))
+        return z_bar.sum(axis=0), S_bar, heights_bar, inv_L_bar
 
     def _pull_spread(self, Y: Array, total: Array) -> tuple[Array, Array]:
         """Return the derivatives by S (D, D) and by D (p, D) for fixed u and w.
@@ -220,12 +220,12 @@ class _Second:
             Y: sum_ij Q_ij y y', shape (p, D, D).
             total: sum_ij Q_ij, shape (p, 1).
         """
-        wide = 1.0 / (self.pairs.tight_a + self.pairs.tight_b)
-        turn = self.K * wide[:, None, :]
-        S_bar = 0.5 * (turn @ Y @ turn.swapaxes(1, 2) - total[:, :, None] * self.K)
-        both_bar = -0.5 * ((self.T @ Y) * self.T).sum(axis=2)
-        both_bar -= 0.5 * total * diagonals(self.T)
-        return S_bar.sum(axis=0), both_bar
+        inv_D = 1.0 / (self.pairs.D_a + self.pairs.D_b)
+        K_inv_D = self.K * inv_D[:, None, :]
+        S_bar = 0.5 * (K_inv_D @ Y @ K_inv_D.swapaxes(1, 2) - total[:, :, None] * self.K)
+        D_bar = -0.5 * ((self.T @ Y) * self.T).sum(axis=2)
+        D_bar -= 0.5 * total * diagonals(self.T)
+        return S_bar.sum(axis=0), D_bar
 
 
 def fit_bumps(

@@ -12,10 +12,10 @@ import os
 import sys
 import threading
 import weakref
-from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
-from queue import SimpleQueue
+from functools import lru_cache
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -74,103 +74,45 @@ def one_blas_thread() -> AbstractContextManager[None]:
     return _blas_limit
 
 
-class Task(Generic[Result]):
+@lru_cache(maxsize=8)
+def _pool(helpers: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(helpers, "irlpilco")
+
+
+os.register_at_fork(after_in_child=_pool.cache_clear)  # a forked child has none of the threads
+
+
+class Deferred(Generic[Result]):
     """A call that is made once, by whoever comes first: a helper, or who needs its result."""
 
     def __init__(self, function: Callable[[], Result]) -> None:
         self._function: Callable[[], Result] | None = function
-        self._claim = threading.Lock()
-        self._unfinished = threading.Lock()
-        self._unfinished.acquire()
-        self._value: Any = None
-        self._error: BaseException | None = None
-
-    @property
-    def done(self) -> bool:
-        """Whether the call has been made."""
-        return not self._unfinished.locked()
-
-    def run(self) -> None:
-        """Make the call, unless somebody has begun it."""
-        if self._function is None or not self._claim.acquire(blocking=False):
-            return
-        try:
-            self._value = self._function()
-        except BaseException as error:
-            self._error = error
-        finally:
-            self._function = None  # lets go of what it holds
-            self._unfinished.release()
+        self._lock = threading.Lock()
+        self._result: Any = None
 
     def result(self) -> Result:
         """Return the result, after making the call or waiting for whoever makes it.
 
         Raises:
-            Exception: whatever the call raised.
+            Exception: whatever the call raises.
         """
-        self.run()
-        with self._unfinished:
-            pass
-        if self._error is not None:
-            raise self._error
-        value: Result = self._value
-        return value
+        with self._lock:
+            return self._made()
 
+    def begin(self) -> None:
+        """Make the call, unless somebody is at it."""
+        if self._lock.acquire(blocking=False):
+            try:
+                self._made()
+            finally:
+                self._lock.release()
 
-class _Crew:
-    """Helper threads, and two queues: what somebody waits for, and what can be done any time.
-
-    What can be done any time is held weakly: nobody needs the derivatives of an evaluation that was
-    dropped, and no helper is to go on with them.
-    """
-
-    def __init__(self, helpers: int) -> None:
-        self._urgent: deque[Callable[[], Task[Any] | None]] = deque()
-        self._spare: deque[Callable[[], Task[Any] | None]] = deque()
-        self._tokens: SimpleQueue[None] = SimpleQueue()  # one for each task of either queue
-        for _ in range(helpers):
-            threading.Thread(target=self._work, name="irlpilco", daemon=True).start()
-
-    def add(self, task: Task[Any], urgent: bool) -> None:
-        """Let a helper make a call as soon as one is free."""
-        if urgent:
-            self._urgent.append(lambda: task)
-        else:
-            self._spare.append(weakref.ref(task))
-        self._tokens.put(None)
-
-    def _work(self) -> None:
-        while True:
-            self._tokens.get()
-            _ = _run_first(self._urgent) or _run_first(self._spare)
-
-    def fill_in(self, task: Task[Any]) -> None:
-        """Do spare tasks, if there are any, until a task that others have begun is done."""
-        while not task.done and _run_first(self._spare):
-            pass
-
-
-def _run_first(tasks: deque[Callable[[], Task[Any] | None]]) -> bool:
-    """Run the oldest of some tasks, if it is wanted yet; return False if there is none."""
-    try:
-        task = tasks.popleft()()
-    except IndexError:
-        return False
-    if task is not None:
-        task.run()
-    return True
-
-
-_crews: dict[int, _Crew] = {}
-_crews_lock = threading.Lock()
-os.register_at_fork(after_in_child=_crews.clear)  # a forked child has none of the threads
-
-
-def _crew(threads: int) -> _Crew:
-    with _crews_lock:
-        if threads not in _crews:
-            _crews[threads] = _Crew(threads - 1)
-        return _crews[threads]
+    def _made(self) -> Result:
+        if self._function is not None:
+            self._result = self._function()
+            self._function = None  # lets go of what it holds
+        result: Result = self._result
+        return result
 
 
 def run_parallel(
@@ -204,30 +146,35 @@ def run_parallel(
                 stop.set()
                 raise
 
-    crew = _crew(threads)
-    tasks = [Task(work) for _ in range(helpers + 1)]
-    for task in tasks[1:]:
-        crew.add(task, urgent=True)
-    for task in tasks:  # the first is the caller's; others that nobody has begun find nothing left
-        task.run()
-        crew.fill_in(task)
-    for task in tasks:
-        task.result()
+    futures = [_pool(threads - 1).submit(work) for _ in range(helpers)]
+    try:
+        work()
+    finally:
+        begun = [future for future in futures if not future.cancel()]
+        wait(begun)
+    for future in begun:
+        future.result()
     return results
 
 
-def run_later(function: Callable[[], Result], threads: int) -> Task[Result]:
-    """Return a call that helpers make when they have nothing better to do.
+def _begin_if_wanted(reference: Callable[[], Deferred[Any] | None]) -> None:
+    deferred = reference()
+    if deferred is not None:
+        deferred.begin()
 
-    Whoever asks for its result first makes it himself. On one thread it is made at once, while
-    what it needs is still in the cache.
+
+def run_later(function: Callable[[], Result], threads: int) -> Deferred[Result]:
+    """Return a call that a helper makes when it is free, if somebody can still ask for the result.
+
+    Whoever asks first makes the call himself. On one thread it is made at once, while what it needs
+    is still in the cache.
     """
-    task = Task(function)
+    deferred = Deferred(function)
     if threads > 1:
-        _crew(threads).add(task, urgent=False)
+        _pool(threads - 1).submit(_begin_if_wanted, weakref.ref(deferred))
     else:
-        task.run()
-    return task
+        deferred.begin()
+    return deferred
 
 
 def _keep_freed_memory() -> None:

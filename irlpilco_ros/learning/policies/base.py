@@ -145,13 +145,13 @@ class Policy(Extension):
         nothing = np.zeros_like(moments.covariance), np.zeros_like(moments.jacobian)
         return np.stack([pullback(row, *nothing)[2] for row in np.eye(len(moments.mean))])
 
-    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array | None:
-        """Return the Hessian by the parameters (p, p) of tr(price cov u), as far as gains go.
+    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
+        """Return the Hessian by the parameters (p, p) of tr(cost_weight cov u), as far as gains go.
 
         Args:
             state: The state that the policy sees.
             step: Step of the trial.
-            price: What spread of the controls costs, positive semidefinite, shape (F, F).
+            cost_weight: What spread of the controls costs, positive semidefinite, shape (F, F).
 
         Returns:
             A positive semidefinite matrix, or None if this kind of policy does not know it.

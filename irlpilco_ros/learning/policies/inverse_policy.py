@@ -25,7 +25,7 @@ _STEPS = 8  # of Gauss-Newton; controls enter most dynamics almost linearly
 _DAMPING = 1e-3  # relative: keeps a control that the model knows no effect of near zero
 _NEIGHBOURS = 12  # states around each of the demonstration's that the policy is fitted at
 _SPREAD = 0.1  # of them, relative to how far each state moves in the demonstration
-_ROOT_PRICE = 3.0  # of a control at its limit, where a state as far off as it ever moves costs 1
+_ROOT_CONTROL_WEIGHT = 3.0  # a control at its limit against a state as far off as it ever moves
 
 
 @dataclass(frozen=True)
@@ -110,12 +110,12 @@ def regulator(slopes: Slopes, size: Array, limit: Array) -> Array:
         size: How far each state moves, which its deviations are measured by, shape (D,).
         limit: What controls are measured by, shape (F,).
     """
-    state_price = np.diag(1.0 / size**2)
-    control_price = _ROOT_PRICE**2 * np.diag(1.0 / limit**2)
-    value, gains = state_price, []
+    state_weight = np.diag(1.0 / size**2)
+    control_weight = _ROOT_CONTROL_WEIGHT**2 * np.diag(1.0 / limit**2)
+    value, gains = state_weight, []
     for A, B in zip(slopes.by_state[::-1], slopes.by_control[::-1], strict=True):
-        gain = np.linalg.solve(control_price + B.T @ value @ B, B.T @ value @ A)
+        gain = np.linalg.solve(control_weight + B.T @ value @ B, B.T @ value @ A)
         closed = A - B @ gain
-        value = state_price + closed.T @ value @ closed + gain.T @ control_price @ gain
+        value = state_weight + closed.T @ value @ closed + gain.T @ control_weight @ gain
         gains.append(gain)
     return np.stack(gains[::-1])

@@ -115,12 +115,12 @@ class LinearPhasePolicy(Policy):
         phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
         return np.hstack([each_row(slope, state.mean), each_row(slope, phase)])
 
-    def spread_curvature(self, state: Gaussian, step: int, price: Array) -> Array:
-        """Return the Hessian of tr(price slope W S W' slope) by the parameters, (p, p)."""
+    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array:
+        """Return the Hessian of tr(cost_weight slope W S W' slope) by the parameters, (p, p)."""
         slope = affine_slope(self.weights, self._feed_forward(step), self.control_limit, state)
         curvature = np.zeros((len(self.parameters), len(self.parameters)))
         size = self.weights.size
-        weighed = 2.0 * price * np.outer(slope, slope)
+        weighed = 2.0 * cost_weight * np.outer(slope, slope)
         curvature[:size, :size] = np.kron(weighed, state.covariance)
         return curvature
 

@@ -33,8 +33,8 @@ class ModelInput:
         control_sensitivity: Gives d (mean control) / d parameters, shape (F, p).
         change_metric: Gives the policy's `change_metric` (p, p), if it knows one, with the state
             spread by a standard deviation more.
-        spread_curvature: From a price of control spread (F, F) to the curvature of its cost by
-            the parameters (p, p); None if the policy does not know it.
+        spread_curvature: From the cost weight of control spread (F, F) to the curvature of its
+            cost by the parameters (p, p); None if the policy does not know it.
     """
 
     mean: Array
@@ -67,8 +67,8 @@ def model_input(
         np.concatenate([extended.covariance[:size, known], with_control[:size]], axis=1),
         np.concatenate([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
         lambda: policy.mean_sensitivity(view, t),
-        lambda spread: policy.change_metric(_spread_out(view, spread), t),
-        lambda price: policy.spread_curvature(view, t, price),
+        lambda spread: policy.change_metric(_widened(view, spread), t),
+        lambda cost_weight: policy.spread_curvature(view, t, cost_weight),
     )
     joint = _Joint(layout, with_view, with_control, control.jacobian, pull_policy, pull_extended)
     return seen, joint.pullback
@@ -130,7 +130,7 @@ def joint_covariance(first: Array, cross: Array, second: Array) -> Array:
     return joint
 
 
-def _spread_out(state: Gaussian, deviation: float) -> Gaussian:
+def _widened(state: Gaussian, deviation: float) -> Gaussian:
     wider = state.covariance + deviation**2 * np.eye(len(state.mean))
     return Gaussian(state.mean, wider)
 

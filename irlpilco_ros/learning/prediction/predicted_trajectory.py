@@ -125,11 +125,11 @@ class PredictedTrajectory:
         """
         known = len(self.layout.dynamics_view(self.means[0]))
         total: Array | None = None
-        for step, price in zip(self.steps, covariances_after_bar, strict=True):
+        for step, cost_weight in zip(self.steps, covariances_after_bar, strict=True):
             by_control = step.jacobian[:, known:]
-            values, vectors = np.linalg.eigh(by_control.T @ price @ by_control)
-            control_price = (vectors * np.maximum(values, 0.0)) @ vectors.T
-            own = step.input.spread_curvature(control_price)
+            values, vectors = np.linalg.eigh(by_control.T @ cost_weight @ by_control)
+            control_weight = (vectors * np.maximum(values, 0.0)) @ vectors.T
+            own = step.input.spread_curvature(control_weight)
             if own is None:
                 return None
             total = own if total is None else total + own

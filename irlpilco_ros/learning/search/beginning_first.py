@@ -7,7 +7,8 @@ import math
 
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.search.policy_search import SearchProgress, SearchResult, search_policy
+from irlpilco_ros.learning.search.optimisers import SearchProgress
+from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
 
 _BEGINNING = 2.0 / 3.0  # of a trial
 
@@ -41,11 +42,11 @@ def search_beginning_first(
     """
     beginning = dataclasses.replace(objective, horizon=math.ceil(_BEGINNING * objective.horizon))
     first = total_evaluations(evaluations) - evaluations
-    led = search_policy(beginning, [policy], optimiser, first, progress)
+    early = search_policy(beginning, [policy], optimiser, first, progress)
 
     def tell(cost: float, more: int) -> None:
         if progress is not None:
-            progress(cost, led.evaluations + more)
+            progress(cost, early.evaluations + more)
 
-    found = search_policy(objective, [led.policy], optimiser, evaluations, tell)
-    return dataclasses.replace(found, evaluations=led.evaluations + found.evaluations)
+    found = search_policy(objective, [early.policy], optimiser, evaluations, tell)
+    return dataclasses.replace(found, evaluations=early.evaluations + found.evaluations)

@@ -16,7 +16,7 @@ from irlpilco_ros.learning.policies import LinearPhasePolicy
 from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.state_layout import StateLayout
-from irlpilco_ros.learning.search.staged_search import StagedSearch
+from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
 
 HORIZON = 12
 
@@ -37,76 +37,82 @@ def nothing():
 
 
 @pytest.fixture(scope="module")
-def staged(problem):
-    return StagedSearch(problem, problem.cost, "bfgs", stages=4, tries=6, evaluations=12)
+def curriculum(problem):
+    return HorizonCurriculum(
+        problem, problem.cost, "bfgs", stages=4, screening_evaluations=6, evaluations=12
+    )
 
 
-def test_horizons_grow_to_the_whole_and_tiny_ones_are_left_out(staged):
-    assert staged.horizons == (6, 9, 12)
-    assert dataclasses.replace(staged, stages=1).horizons == (12,)
+def test_horizons_grow_to_the_whole_and_tiny_ones_are_left_out(curriculum):
+    assert curriculum.horizons == (6, 9, 12)
+    assert dataclasses.replace(curriculum, stages=1).horizons == (12,)
 
 
-def test_a_policy_reaches_as_far_as_it_follows(staged, nothing):
-    followed = easy(staged, nothing)
-    assert followed.reach(nothing) == HORIZON
+def test_the_followed_horizon_ends_where_the_prediction_diverges(curriculum, nothing):
+    followed = easy(curriculum, nothing)
+    assert followed.followed_horizon(nothing) == HORIZON
     for step, stage in ((2, 6), (6, 6), (7, 9), (11, HORIZON)):
         reference = followed.cost.reference.copy()
         reference[step] += 10.0
-        assert with_reference(followed, reference).reach(nothing) == stage
+        assert with_reference(followed, reference).followed_horizon(nothing) == stage
 
 
-def test_where_nothing_can_be_predicted_the_demonstration_is_lost(staged, nothing):
+def test_where_nothing_can_be_predicted_the_prediction_has_diverged(curriculum, nothing):
     class Blind:
         def predict(self, *_, **__):
             raise NumericalError("not finite")
 
-    blind = dataclasses.replace(staged.objective, model=Blind())
-    assert dataclasses.replace(staged, objective=blind).reach(nothing) == 6
+    blind = dataclasses.replace(curriculum.objective, model=Blind())
+    assert dataclasses.replace(curriculum, objective=blind).followed_horizon(nothing) == 6
 
 
-def test_finding_back_to_the_demonstration_gains_nothing(problem, staged, nothing):
+def test_finding_back_to_the_demonstration_gains_nothing(problem, curriculum, nothing):
     evaluation = problem.evaluate(nothing)
     trajectory = evaluation.trajectory
     steps = problem.cost.steps(trajectory.means, trajectory.covariances)
     assert steps.sum() == pytest.approx(evaluation.value, rel=1e-12)
     assert steps[0] == 0.0
     expected = sum(max(steps[: t + 1]) for t in range(HORIZON + 1))
-    assert staged.lasting_cost(nothing, HORIZON) == pytest.approx(expected, rel=1e-12)
+    assert curriculum.cost_without_recovery(nothing, HORIZON) == pytest.approx(expected, rel=1e-12)
     assert expected > evaluation.value + 1.0  # it does come nearer at times
 
 
-def test_what_is_lost_early_is_searched_there_only(staged, nothing):
-    hopeless, seen = with_reference(staged, staged.cost.reference + 5.0), []
+def test_what_diverges_early_is_searched_there_only(curriculum, nothing):
+    hopeless, seen = with_reference(curriculum, curriculum.cost.reference + 5.0), []
     found = hopeless.search([nothing, nothing], lambda _, n: seen.append(n))
     assert seen == list(range(1, len(seen) + 1))
-    assert found.evaluations == len(seen) <= 3 * 7 + 13  # one stage, two rivals, and on from there
+    assert (
+        found.evaluations == len(seen) <= 3 * 7 + 13
+    )  # one stage, two candidates, and on from there
     begun = hopeless.until(6)
     assert begun.evaluate(found.policy).value < begun.evaluate(nothing).value
     assert found.cost == pytest.approx(hopeless.objective.evaluate(found.policy).value, rel=1e-12)
 
 
-def test_what_is_followed_is_searched_to_the_end_and_the_best_start_wins(staged, nothing):
-    followed = easy(staged, nothing)
+def test_what_is_followed_is_searched_to_the_end_and_the_best_start_wins(curriculum, nothing):
+    followed = easy(curriculum, nothing)
     other = nothing.with_parameters(0.5 * np.random.default_rng(0).standard_normal(32))
-    assert followed.lasting_cost(other, HORIZON) > followed.lasting_cost(nothing, HORIZON)
-    still = dataclasses.replace(followed, tries=0, evaluations=0)
+    assert followed.cost_without_recovery(other, HORIZON) > followed.cost_without_recovery(
+        nothing, HORIZON
+    )
+    still = dataclasses.replace(followed, screening_evaluations=0, evaluations=0)
     for starts in ([nothing, other], [other, nothing]):
         assert still.search(starts).cost == followed.objective.evaluate(nothing).value
     assert followed.search([nothing]).cost < 0.9 * followed.objective.evaluate(nothing).value
 
 
-def easy(staged, policy):
+def easy(curriculum, policy):
     """Return the task of doing what a policy does, of steps that may all be far off."""
-    trajectory = staged.objective.evaluate(policy).trajectory
+    trajectory = curriculum.objective.evaluate(policy).trajectory
     reference = trajectory.means[:, :2] + 0.05
     reference[0] += 10.0  # the first step costs nothing, but counts where features are large
-    return with_reference(staged, reference)
+    return with_reference(curriculum, reference)
 
 
-def with_reference(staged, reference):
-    cost = dataclasses.replace(staged.cost, reference=reference)
-    objective = dataclasses.replace(staged.objective, cost=cost)
-    return dataclasses.replace(staged, cost=cost, objective=objective)
+def with_reference(curriculum, reference):
+    cost = dataclasses.replace(curriculum.cost, reference=reference)
+    objective = dataclasses.replace(curriculum.objective, cost=cost)
+    return dataclasses.replace(curriculum, cost=cost, objective=objective)
 
 
 @pytest.mark.parametrize("method", ["feature_matching", "feature_expectations"])

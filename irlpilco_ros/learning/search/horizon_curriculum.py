@@ -1,10 +1,10 @@
-"""Following a demonstration as far as the model knows the way, then further.
+"""A curriculum of growing horizons: follow the demonstration as far as the model can predict it.
 
 Over a whole trial, imitation step by step has optima that no search leaves: a swing-up to the wrong
-side ends upright as well. And where the model knows nothing, the cost of the rest of the trial,
+side ends upright as well. And where the model has no data, the cost of the rest of the trial,
 about the same for every policy, outweighs the beginning. So the horizon grows in stages, as long as
-the prediction stays with the demonstration; the trial that follows goes a little further than that,
-and brings data from there.
+the prediction follows the demonstration; the next trial goes a little further than that, and brings
+data from there.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.search.policy_search import SearchProgress, SearchResult, search_policy
+from irlpilco_ros.learning.search.optimisers import SearchProgress
+from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
 
 _SHORTEST = 4  # steps: fewer say next to nothing about a policy
-_LOST = 0.25  # of the features' weighted variance along the demonstration, in one step
+_DIVERGED = 0.25  # of the features' weighted variance along the demonstration, in one step
 
 
 @dataclasses.dataclass(frozen=True)
-class StagedSearch:
+class HorizonCurriculum:
     """Policy search over growing horizons.
 
     Attributes:
@@ -35,7 +36,7 @@ class StagedSearch:
         cost: Its cost.
         optimiser: As `search_policy`.
         stages: In how many the horizon grows.
-        tries: Evaluations of each start at each stage, and in screening.
+        screening_evaluations: Of the first start at each stage, and of the others in screening.
         evaluations: Of each search of the start that wins screening.
     """
 
@@ -43,7 +44,7 @@ class StagedSearch:
     cost: StepwiseCost
     optimiser: str
     stages: int
-    tries: int
+    screening_evaluations: int
     evaluations: int
 
     def search(
@@ -51,22 +52,25 @@ class StagedSearch:
     ) -> SearchResult:
         """Return the policy that follows longest, and best, and its cost over the whole horizon.
 
-        The first start is led from stage to stage until the demonstration is lost. At that
-        horizon all starts are screened; who stays with the demonstration longest goes on, as far as
-        the demonstration is followed and one stage further.
+        The first start is searched stage by stage until its prediction diverges from the
+        demonstration. All starts are screened at that horizon; the one that follows longest is
+        improved there, and then stage by stage for as long as it follows.
 
         Args:
-            starts: The first is one that is worth leading; the others are screened as they are.
+            starts: The most promising one first; the others are screened as they are.
             progress: Told the best cost of a stage, and all evaluations so far.
 
         Raises:
             NumericalError: if no finite prediction can be made.
         """
         counter = _Counter(progress)
-        led, horizon = self._lead(starts[0], counter)
-        ends = [self._improve(start, horizon, self.tries, counter) for start in (led, *starts[1:])]
-        best = min(ends, key=lambda end: self.lasting_cost(end, horizon))
-        best = self._go_on(best, horizon, counter)
+        first, horizon = self._grow_until_diverged(starts[0], counter)
+        ends = [
+            self._improve(start, horizon, self.screening_evaluations, counter)
+            for start in (first, *starts[1:])
+        ]
+        best = min(ends, key=lambda end: self.cost_without_recovery(end, horizon))
+        best = self._grow_while_followed(best, horizon, counter)
         cost = self.objective.evaluate(best, gradient=False).value
         return SearchResult(best, cost, counter.before)
 
@@ -81,13 +85,13 @@ class StagedSearch:
         """Return the objective over the first steps alone."""
         return dataclasses.replace(self.objective, horizon=horizon, cost=self.cost.until(horizon))
 
-    def reach(self, policy: Policy) -> int:
-        """Return the end of the stage in which the demonstration is lost, or the whole horizon.
+    def followed_horizon(self, policy: Policy) -> int:
+        """Return the end of the stage in which the prediction diverges, or the whole horizon.
 
-        It is lost in a step that costs more than a part of what standing still at the mean of the
-        demonstration's features would cost, or that cannot be predicted.
+        It diverges from the demonstration in a step that cannot be predicted, or that costs more
+        than a fraction of what standing still at the mean of the demonstration's features would.
         """
-        allowed = _LOST * self.cost.standing_still()
+        allowed = _DIVERGED * self.cost.standing_still()
         for horizon in self.horizons[:-1]:
             try:
                 if self._steps(policy, horizon).max() > allowed:
@@ -96,28 +100,28 @@ class StagedSearch:
                 return horizon
         return self.horizons[-1]
 
-    def lasting_cost(self, policy: Policy, horizon: int) -> float:
-        """Return the cost with every step as dear as the dearest before it.
+    def cost_without_recovery(self, policy: Policy, horizon: int) -> float:
+        """Return the cost if every step costs at least as much as each step before it.
 
-        Who leaves the demonstration gains nothing by finding back to it.
+        A policy that leaves the demonstration gains nothing by coming back to it.
         """
         return float(np.maximum.accumulate(self._steps(policy, horizon)).sum())
 
-    def _lead(self, policy: Policy, counter: _Counter) -> tuple[Policy, int]:
-        """Return the policy led to where it loses the demonstration, and that horizon."""
+    def _grow_until_diverged(self, policy: Policy, counter: _Counter) -> tuple[Policy, int]:
+        """Return the policy after the stage in which its prediction diverges, and that horizon."""
         for horizon in self.horizons[:-1]:
-            policy = self._improve(policy, horizon, self.tries, counter)
-            if self.reach(policy) <= horizon:
+            policy = self._improve(policy, horizon, self.screening_evaluations, counter)
+            if self.followed_horizon(policy) <= horizon:
                 return policy, horizon
         return policy, self.horizons[-1]
 
-    def _go_on(self, policy: Policy, horizon: int, counter: _Counter) -> Policy:
-        """Return the policy improved at a horizon, and further for as long as it reaches."""
-        searched, reach = 0, max(horizon, self.reach(policy))
-        while reach > searched:
-            searched = reach
+    def _grow_while_followed(self, policy: Policy, horizon: int, counter: _Counter) -> Policy:
+        """Return the policy improved at a horizon, and further for as long as it follows."""
+        searched, followed = 0, max(horizon, self.followed_horizon(policy))
+        while followed > searched:
+            searched = followed
             policy = self._improve(policy, searched, self.evaluations, counter)
-            reach = self.reach(policy)
+            followed = self.followed_horizon(policy)
         return policy
 
     def _improve(self, policy: Policy, horizon: int, evaluations: int, counter: _Counter) -> Policy:
