@@ -112,7 +112,7 @@ def open_unpacked(path: Path) -> BinaryIO:
     """
     if path.suffix != ".zstd":
         return open_regular(path)
-    return io.BufferedReader(_Bounded(path), _PIECE)  # type: ignore[return-value]
+    return io.BufferedReader(_Bounded(path), _PIECE)
 
 
 @contextmanager

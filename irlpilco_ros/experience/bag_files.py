@@ -67,7 +67,7 @@ def storage_files(bag: Path) -> list[Path]:
         found = (
             "there is nothing of that name" if not os.path.exists(bag) else "it is none of these"
         )
-        raise BagError(
+        raise UnreadableBagError(
             f"{bag} is no bag: {found}; expected a folder with a file {', '.join(STORAGE_SUFFIXES)}"
             " in it, or such a file"
         )

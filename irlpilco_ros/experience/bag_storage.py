@@ -60,7 +60,9 @@ class StorageScan:
     @property
     def tears(self) -> list[str]:
         """Return what says that the file was not closed: nothing if it was."""
-        torn = [] if self.torn_at is None else [f"{self.path.name} is torn after byte {self.torn_at}"]
+        torn = (
+            [] if self.torn_at is None else [f"{self.path.name} is torn after byte {self.torn_at}"]
+        )
         return [*torn, *([self.unclosed] if self.unclosed else [])]
 
     def messages(self, only_joint_states: bool = True) -> Iterator[BagMessage]:
@@ -141,7 +143,9 @@ class StorageScan:
                     f"the newest messages may be in {log}, which is not read; bring them in by "
                     f"sqlite3 {self.path} 'PRAGMA wal_checkpoint'"
                 )
-            topics = {each.id: _topic_of(each, file.suffix == ".bag") for each in reader.connections}
+            topics = {
+                each.id: _topic_of(each, file.suffix == ".bag") for each in reader.connections
+            }
             for each in reader.connections:
                 if each.msgcount:
                     self.counts[topics[each.id]] += each.msgcount

@@ -257,7 +257,8 @@ def _inner_records(content: bytes, whole: bool) -> Iterator[McapRecord | McapMes
 
 
 def _message(payload: memoryview) -> McapMessage:
-    return McapMessage(*_MESSAGE.unpack_from(payload), payload[_MESSAGE.size :])
+    channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(payload)
+    return McapMessage(channel, sequence, log_time, publish_time, payload[_MESSAGE.size :])
 
 
 def _record(opcode: int, payload: bytes) -> list[McapRecord | McapMessage]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_files import bag_number
-from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
@@ -35,20 +33,32 @@ class RecordedTrial:
     rollout: Rollout
 
 
+@dataclass(frozen=True)
+class TrialSearch:
+    """What was found among the bags of a run.
+
+    Attributes:
+        trials: The whole trials by the iteration whose policy ran in them.
+        wrong: What is wrong with each bag that holds no whole trial.
+    """
+
+    trials: dict[int, RecordedTrial]
+    wrong: dict[Path, BagError]
+
+
 def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
+    joints: Joints,
     read: Callable[[Path], Rollout],
-) -> tuple[dict[int, RecordedTrial], dict[Path, BagError]]:
-    """Return the whole trials by the iteration whose policy ran in them.
+) -> TrialSearch:
+    """Find the trials of policies among bags.
 
     Args:
         bags: Number and path of each bag, in order.
         policies: Policy of each iteration; the first one that fits a trial and has none gets it.
+        joints: Joints of the run, in order.
         read: Returns the trial in a bag, or raises BagError.
-
-    Returns:
-        The trials, and what is wrong with the bags that hold no whole one.
     """
     found: dict[int, RecordedTrial] = {}
     wrong: dict[Path, BagError] = {}
@@ -58,11 +68,11 @@ def find_trials(
         except BagError as error:
             wrong[path] = error
             continue
-        for iteration, (policy, joints) in sorted(policies.items()):
+        for iteration, policy in sorted(policies.items()):
             if iteration not in found and ran(policy, rollout, joints):
                 found[iteration] = RecordedTrial(number, path, rollout)
                 break
-    return found, wrong
+    return TrialSearch(found, wrong)
 
 
 def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
