@@ -64,12 +64,10 @@ def storage_files(bag: Path) -> list[Path]:
     else:
         files = [bag] if os.path.exists(bag) and bag.name.endswith(STORAGE_SUFFIXES) else []
     if not files:
-        found = (
-            "there is nothing of that name" if not os.path.exists(bag) else "it is none of these"
-        )
+        found = "is no bag" if os.path.exists(bag) else "is not there"
         raise UnreadableBagError(
-            f"{bag} is no bag: {found}; expected a folder with a file {', '.join(STORAGE_SUFFIXES)}"
-            " in it, or such a file"
+            f"{bag} {found}; expected a folder with a file {', '.join(STORAGE_SUFFIXES)} in it, or "
+            "such a file"
         )
     return files
 
