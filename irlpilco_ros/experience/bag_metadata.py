@@ -8,6 +8,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 import yaml
+from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 
 from irlpilco_ros.experience.bag_files import METADATA
 from irlpilco_ros.experience.bag_message import BagTopic
@@ -134,10 +135,10 @@ def _profiles(topic: BagTopic) -> list[Any]:
     if topic.qos_profiles or not topic.qos_text:
         return [dict(profile) for profile in topic.qos_profiles]
     try:
-        profiles = parse_yaml(topic.qos_text, topic.name)
-    except FileError:
+        parse_yaml(topic.qos_text, topic.name)
+        return list(dump_qos_v9(parse_qos(topic.qos_text)))
+    except Exception:  # rosbags raises whatever a profile lacks
         return []
-    return profiles if isinstance(profiles, list) else []
 
 
 def _span(files: Sequence[FileContent]) -> dict[str, Any]:
