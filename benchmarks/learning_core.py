@@ -33,8 +33,8 @@ from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximatio
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
+from irlpilco_ros.learning.state_layout import StateLayout
 
 
 @dataclass(frozen=True)

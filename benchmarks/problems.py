@@ -14,8 +14,8 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import LinearPhasePolicy, Policy, RbfPolicy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 PERIOD = 0.5  # [s]
 HORIZON = 16

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.timing import conditions
 from irlpilco_ros.learning import LearningSettings, Rollout, Task, apprenticeship, judge
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration, run_episode
 from sim_bridge.simulation_settings import SimulationSettings

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from types import FrameType
 
+from irlpilco_ros import __version__
 from irlpilco_ros.commands import cart_pole, demo, inspect, learn, recover, report, study, train
 from irlpilco_ros.learning.errors import IrlPilcoError
 
@@ -28,6 +29,7 @@ def build_parser() -> argparse.ArgumentParser:
         description="One-shot apprenticeship learning for a velocity-controlled robot (IRL/PILCO).",
         epilog="Start with `irlpilco demo`; `irlpilco COMMAND --help` is a page for each command.",
     )
+    parser.add_argument("--version", action="version", version=f"irlpilco {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in COMMANDS:
         command.add_parser(subparsers)
@@ -50,6 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except IrlPilcoError as error:
         print(f"irlpilco: {error}", file=sys.stderr)
         return 1
+    except ModuleNotFoundError as error:
+        print(f"irlpilco: {_advice(error)}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("irlpilco: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -57,6 +62,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Whoever read the output (`| head`) has enough; a second complaint at exit is noise.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"irlpilco: {where}{error.strerror or error}", file=sys.stderr)
+        return 1
+
+
+def _advice(error: ModuleNotFoundError) -> str:
+    """Return what to do about a module that is not there."""
+    module = (error.name or "").partition(".")[0]
+    if module == "irlpilco_ros":  # a fault in this package, which must not be hidden
+        raise error
+    if module == "rclpy" or module.endswith(("_msgs", "_srvs", "_interfaces")):
+        return (
+            f"this command needs ROS 2, whose Python module {module} is not there; source it "
+            "(. /opt/ros/jazzy/setup.bash), or use the environment that `make` sets up "
+            "(. .venv/bin/activate)"
+        )
+    return f"the Python module {module} is not there; install what requirements/ lists"
 
 
 def _exit_on_sigterm(_signal: int, _frame: FrameType | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import CubatureFeatures
 from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.registry import NoSettings
 from sim_bridge.joints import ARM_JOINTS
 from sim_bridge.tool_kinematics import ToolKinematics
 
@@ -13,7 +14,7 @@ class ToolPoints(CubatureFeatures):
     """x, y, z of the dustpan's lip and of the brush's tip [m], six features."""
 
     @classmethod
-    def of_robot(cls, joints: Joints) -> ToolPoints:
+    def of_robot(cls, joints: Joints, settings: NoSettings) -> ToolPoints:
         """Return the tool points of Baxter's two arms.
 
         Raises:

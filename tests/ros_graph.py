@@ -49,6 +49,7 @@ class NodeProcess:
     def __init__(self, command: Sequence[str], environment: Mapping[str, str], log: Path) -> None:
         self.log = log
         self.expected_code: int | None = 0
+        self.command = " ".join(command)
         with log.open("wb") as output:
             self.popen = subprocess.Popen(
                 command,
@@ -82,7 +83,7 @@ class NodeProcess:
             self.send(signal.SIGKILL)
             self.popen.wait()
             raise AssertionError(
-                f"{self.popen.args} did not end within {timeout} s; it printed:\n{self.output}"
+                f"{self.command} did not end within {timeout} s; it printed:\n{self.output}"
             ) from None
 
     def stop(self, number: int = signal.SIGINT) -> int:
@@ -152,7 +153,7 @@ class RosGraph:
                 wrong.append(str(error))
                 continue
             if process.expected_code is not None and code != process.expected_code:
-                wrong.append(f"{process.popen.args} ended with {code}:\n{process.output}")
+                wrong.append(f"{process.command} ended with {code}:\n{process.output}")
         self._executor.shutdown(timeout_sec=5.0)
         self._spinner.join(5.0)
         self.node.destroy_node()
@@ -160,7 +161,7 @@ class RosGraph:
         self._lock.close()
         if kind is not None:
             for process in self.processes:
-                print(f"---- {' '.join(map(str, process.popen.args))}\n{process.output}")
+                print(f"---- {process.command}\n{process.output}")
         else:
             assert not wrong, "\n".join(wrong)
 

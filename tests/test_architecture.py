@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -62,6 +63,34 @@ MAY_IMPORT = {
 }
 
 
+# The rooms and files of learning/, lowest first: each may import those before it, and itself.
+LEARNING = (
+    "errors",
+    "settings",
+    "registry",
+    "numerics",
+    "rollout",
+    "weight_rules",
+    "gp",
+    "moments",
+    "state_layout",
+    "joints",
+    "features",
+    "costs",
+    "task",
+    "policies",
+    "imitation",
+    "learning_settings",
+    "prediction",
+    "starts",
+    "search",
+    "judgement",
+    "iteration",
+    "learn",
+    "apprenticeship",
+)
+
+
 def name_of(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
@@ -112,6 +141,40 @@ def test_imports_run_downwards_only(path):
         if module.split(".")[0] in OURS and not any(is_within(module, name) for name in allowed)
     ]
     assert upwards == [], f"{name_of(path)} belongs to {layer}, which may import only {allowed}"
+
+
+def room_of(module: str) -> int | None:
+    """Return the place in LEARNING of a module; None for the package itself and what is outside."""
+    parts = module.split(".")
+    if parts[:2] != ["irlpilco_ros", "learning"] or len(parts) < 3:
+        return None
+    assert parts[2] in LEARNING, f"{module}: give {parts[2]} its place in LEARNING"
+    return LEARNING.index(parts[2])
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in SOURCES if room_of(name_of(path)) is not None], ids=name_of
+)
+def test_imports_within_learning_run_downwards_only(path):
+    own = room_of(name_of(path))
+    upwards = [
+        module for module in imports(path) if (room := room_of(module)) is not None and room > own
+    ]
+    assert upwards == [], f"{LEARNING[own]} may import only {LEARNING[: own + 1]} of learning/"
+
+
+def test_no_module_of_learning_needs_itself():
+    names = {name_of(path) for path in SOURCES if is_within(name_of(path), "irlpilco_ros.learning")}
+
+    def module_of(imported: str) -> str:
+        return imported if imported in names else imported.rpartition(".")[0]
+
+    graph = {
+        name_of(path): {module_of(imported) for imported in imports(path)} - {name_of(path)}
+        for path in SOURCES
+        if name_of(path) in names
+    }
+    graphlib.TopologicalSorter(graph).prepare()  # raises CycleError
 
 
 def test_learning_needs_only_numpy_scipy_and_threadpoolctl():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -59,3 +60,78 @@ def test_a_reader_that_goes_away_is_no_error_message():
     command = f"{sys.executable} -m irlpilco_ros.cli --help | true"
     done = subprocess.run(command, shell=True, capture_output=True, text=True)
     assert "Traceback" not in done.stderr
+
+
+def test_the_version_is_that_of_the_package(capsys, repository):
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    version = re.search("<version>(.*)</version>", (repository / "package.xml").read_text())
+    assert version is not None
+    assert capsys.readouterr().out == f"irlpilco {version[1]}\n"
+
+
+@pytest.mark.parametrize("command", [["demo"], ["learn"]])
+def test_without_rclpy_it_says_what_to_do(tmp_path, command):
+    (tmp_path / "rclpy.py").write_text("raise ModuleNotFoundError('no rclpy', name='rclpy')")
+    done = subprocess.run(
+        [sys.executable, "-m", "irlpilco_ros.cli", *command],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("irlpilco: this command needs ROS 2")
+    assert done.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir() if path.name != "__pycache__"] == ["rclpy.py"]
+
+
+@pytest.mark.parametrize("words", [["report"], ["demo", "--run-directory"]])
+def test_a_path_through_a_file_is_one_line(capsys, tmp_path, words):
+    (tmp_path / "file").touch()
+    assert main([*words, str(tmp_path / "file" / "run")]) == 1
+    errors = capsys.readouterr().err
+    assert re.search(r"^irlpilco: .*file/run.*Not a directory", errors, re.MULTILINE)
+    assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["demo", "--iterations", "-1"],
+        ["demo", "--seed", "-1"],
+        ["learn", "--iterations", "0"],
+        ["study", "baxter", "--seeds", "-3"],
+        ["study", "baxter", "--processes", "0"],
+        ["cart-pole", "--seeds", "0"],
+        ["cart-pole", "--expert-trials", "0"],
+        ["cart-pole", "--iterations", "-1"],
+        ["cart-pole", "--seeds", "two"],
+    ],
+)
+def test_counts_that_count_nothing_are_wrong_usage(capsys, words):
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    assert stop.value.code == 2
+    assert f"{words[-2]}: '{words[-1]}' will not do; expected a whole number" in (
+        capsys.readouterr().err
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "file", "said"),
+    [
+        ("--settings", "baxter.yaml", "control_period, effort_limit, horizon, joints"),
+        ("--robot", "sweep.yaml", "which do not belong in the robot's file"),
+    ],
+)
+def test_a_settings_file_of_something_else_is_refused(
+    capsys, tmp_path, monkeypatch, repository, option, file, said
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["demo", option, str(repository / "config" / file)]) == 1
+    errors = capsys.readouterr().err
+    assert said in errors
+    assert "Traceback" not in errors
+    assert not list(tmp_path.iterdir())

@@ -64,8 +64,10 @@ def interfaces_of(node: str) -> set[str]:
             maker = call.func.attr
             if maker in {"create_publisher", "create_subscription", "create_service"}:
                 name = call.args[1]
-                text = name.value if isinstance(name, ast.Constant) else constants[name.id]
-                names.add(text.replace("~", node))
+                if isinstance(name, ast.Constant):
+                    names.add(str(name.value).replace("~", node))
+                else:
+                    names.add(str(constants[ast.unparse(name)]).replace("~", node))
     return names
 
 

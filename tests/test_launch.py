@@ -10,6 +10,7 @@ import importlib.util
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -18,8 +19,11 @@ class Recorded:
     """Any action of launch: keeps the arguments that it was made with."""
 
     def __init__(self, *args: object, **kwargs: object) -> None:
-        self.args = args
+        self.args: tuple[Any, ...] = args
         self.__dict__.update(kwargs)
+
+    def __getattr__(self, name: str) -> Any:  # what was given by keyword
+        raise AttributeError(name)
 
 
 def stand_in(name: str, *classes: str) -> ModuleType:
@@ -33,11 +37,11 @@ class Launch:
     """The launch system as far as the file needs it."""
 
     def __init__(self, file: Path, share: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        substitutions = ModuleType("launch.substitutions")
+        substitutions: Any = ModuleType("launch.substitutions")
         substitutions.LaunchConfiguration = lambda name: SimpleNamespace(
             perform=lambda context: context[name]
         )
-        index = ModuleType("ament_index_python.packages")
+        index: Any = ModuleType("ament_index_python.packages")
         index.get_package_share_directory = lambda _package: str(share)
         for module in (
             stand_in("launch", "LaunchContext", "LaunchDescription"),

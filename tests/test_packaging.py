@@ -9,10 +9,13 @@ import subprocess
 import sys
 import sysconfig
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 import yaml
+
+from irlpilco_ros import __version__
 
 NODES = (
     "demonstration_recorder",
@@ -24,13 +27,13 @@ NODES = (
 )
 
 
-def run(*command: object, **options: object) -> str:
+def run(*command: object, **options: Any) -> str:
     """Run a command to its end and return what it printed; it must succeed."""
     result = subprocess.run(
         [str(word) for word in command], capture_output=True, text=True, check=False, **options
     )
     assert result.returncode == 0, f"{command} failed:\n{result.stdout}\n{result.stderr}"
-    return result.stdout
+    return str(result.stdout)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +77,7 @@ def test_version_and_license_are_the_same_everywhere(repository):
     citation = yaml.safe_load((repository / "CITATION.cff").read_text(encoding="utf-8"))
     for key in ("name", "version", "license"):
         value = package.findtext(key)
-        assert value == setup["metadata"][key]
+        assert value == (__version__ if key == "version" else setup["metadata"][key])
         assert value == citation["title" if key == "name" else key]
 
 

@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.dds, pytest.mark.slow]
 
 SHIPPED = Path(__file__).resolve().parents[1] / "config" / "baxter.yaml"
 HORIZON = 8  # the first half of the sweep: a quarter of the computing
-LEFT_ARM = [f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2")]
+LEFT_ARM = tuple(f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2"))
 SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 10\n    linear_phase.count: 8\n"
 
 

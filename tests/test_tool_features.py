@@ -19,6 +19,7 @@ from irlpilco_ros.learning import LearningSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import REGISTRY
 from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.registry import NoSettings
 from irlpilco_ros.resources import config_file
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import run_episode
@@ -59,7 +60,7 @@ def test_the_sweep_is_learned_by_where_the_tools_are(tmp_path):
 
 def test_another_robot_has_no_such_tools():
     with pytest.raises(InvalidSettingError, match=r"'tools' .* this robot has a, b.*features: joi"):
-        REGISTRY.get("tools").of_robot(Joints(("a", "b")))
+        REGISTRY.get("tools").of_robot(Joints(("a", "b")), NoSettings())
 
 
 def test_features_that_nobody_offers_are_refused_by_name():

@@ -7,6 +7,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.settings_files import read_learning_settings
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
 EPILOG = """\
@@ -32,14 +34,20 @@ def add_parser(subparsers: Any) -> None:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="(default: 10)")
-    parser.add_argument("--first-seed", type=int, default=0, metavar="S", help="(default: 0)")
+    parser.add_argument("--seeds", type=at_least(1), default=10, metavar="N", help="(default: 10)")
     parser.add_argument(
-        "--iterations", type=int, default=15, metavar="N", help="of imitation (default: 15)"
+        "--first-seed", type=at_least(0), default=0, metavar="S", help="(default: 0)"
+    )
+    parser.add_argument(
+        "--iterations",
+        type=at_least(1),
+        default=15,
+        metavar="N",
+        help="of imitation (default: 15)",
     )
     parser.add_argument(
         "--expert-trials",
-        type=int,
+        type=at_least(1),
         default=7,
         metavar="N",
         help="after which an expert gives up (default: 7)",
@@ -70,26 +78,15 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the chapter, going on where it stands, and write its page."""
     from irlpilco_ros.experience.bag_reader import read_bag
-    from irlpilco_ros.experience.parameters_file import (
-        load_parameters_file,
-        settings_from_parameters,
-    )
-    from irlpilco_ros.learning.errors import InvalidSettingError
-    from irlpilco_ros.learning.learning_settings import LearningSettings
     from irlpilco_ros.resources import config_file, recording
     from irlpilco_ros.studies.cart_pole import page, results, runs
     from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
-    counts = {"--seeds": arguments.seeds, "--expert-trials": arguments.expert_trials}
-    for option, count in counts.items():
-        if count < 1:
-            raise InvalidSettingError(f"{option} is {count}; expected at least 1")
     out: Path = arguments.out
     demonstration = read_bag(arguments.demonstration or recording("cart_pole/expert")).rollout(
         CART_POLE_JOINTS, runs.HORIZON
     )
-    values = load_parameters_file(arguments.settings or config_file("swing_up.yaml"), "learner")
-    settings = settings_from_parameters(LearningSettings, values)
+    settings = read_learning_settings(arguments.settings or config_file("swing_up.yaml"))
     runs.claim(out, demonstration, settings)
     done = results.Runs(demonstration, {}, {method: {} for method in arguments.methods})
     for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from irlpilco_ros.commands import metrics_table
+from irlpilco_ros.commands.counts import at_least
 from irlpilco_ros.commands.demo_nodes import (
     SERVICES,
     add_robot_arguments,
@@ -37,7 +38,8 @@ demonstrated and recorded; replays the demonstration's speeds blindly, as the ba
 /learn_iteration seven times; and makes the report. While it runs, other shells can look on with
 ROS_DOMAIN_ID set to the number that it prints. The nodes' logs are in RUN/log.
 
-A run that is already there is kept: runs/demo becomes runs/demo.1, .2, ...
+A run that is already there is kept: runs/demo becomes runs/demo.1, .2, ...; a folder that holds
+anything else is refused.
 
 examples:
   irlpilco demo
@@ -61,10 +63,14 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="of sensor noise and learning (default: 0)"
+        "--seed",
+        type=at_least(0),
+        default=0,
+        metavar="N",
+        help="of sensor noise and learning (default: 0)",
     )
     parser.add_argument(
-        "--iterations", type=int, default=7, metavar="N", help="how many (default: 7)"
+        "--iterations", type=at_least(0), default=7, metavar="N", help="how many (default: 7)"
     )
     parser.add_argument(
         "--run-directory",
@@ -80,15 +86,16 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do it all; the nodes are stopped in the end, whatever happens."""
-    read_settings(arguments)  # a wrong file is found before anything is started or moved
+    # Wrong files and a missing rclpy are found before anything is started or moved.
+    from irlpilco_ros.ros.session import Session
+
+    read_settings(arguments)
     directory = RunDirectory(arguments.run_directory)
     kept = keep_previous(directory.path)
     if kept is not None:
         print(f"the run that was in {arguments.run_directory} is kept in {kept}")
     domain = enter_private_domain(os.environ)
     print(f"run directory {directory.path}, ROS_DOMAIN_ID {domain}", flush=True)
-    from irlpilco_ros.ros.session import Session
-
     environment = node_environment(directory.path)
     with NodeProcesses(directory.path / "log", environment) as nodes:
         start_nodes(nodes, arguments, directory.path)

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from irlpilco_ros.commands.counts import at_least
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--iterations", type=int, default=1, metavar="N", help="how many (default: 1)"
+        "--iterations", type=at_least(1), default=1, metavar="N", help="how many (default: 1)"
     )
     parser.add_argument(
         "--namespace", default="", metavar="NS", help="namespace of the nodes, such as /robot"

@@ -33,23 +33,45 @@ def read_settings(arguments: argparse.Namespace) -> tuple[RobotSettings, Learnin
     """Return robot and learning settings of the files given, or of the package's own.
 
     Raises:
-        InvalidSettingError: a file is no parameter file, a value is wrong, or a learner's
-            setting does not exist.
+        InvalidSettingError: a file is no parameter file, a value is wrong, or a file sets what
+            does not belong in it.
     """
     robot_path, learning_path = settings_paths(arguments)
-    robot = load_parameters_file(robot_path, "learner")
-    learning = load_parameters_file(learning_path, "learner")
-    valid = {*declarations(RobotSettings), *declarations(LearningSettings)}
-    unknown = sorted(set(learning) - valid)
-    if unknown:
+    return read_robot_settings(robot_path), read_learning_settings(learning_path)
+
+
+def read_robot_settings(path: Path) -> RobotSettings:
+    """Return the robot of a file, which may hold parameters of other nodes as well.
+
+    Raises:
+        InvalidSettingError: it is no parameter file of a robot, or a value is wrong.
+    """
+    values = load_parameters_file(path, "learner")
+    misplaced = sorted(set(values) & set(declarations(LearningSettings)))
+    if misplaced:
         raise InvalidSettingError(
-            f"{learning_path} sets {', '.join(unknown)}, which the learner does not know; "
-            f"valid settings: {', '.join(sorted(valid))}"
+            f"{path} sets {', '.join(misplaced)}, which do not belong in the robot's file; give "
+            "the learner's settings with --settings"
         )
-    values = {**robot, **learning}
-    return (
-        settings_from_parameters(RobotSettings, values),
-        settings_from_parameters(LearningSettings, values),
+    return settings_from_parameters(RobotSettings, values)
+
+
+def read_learning_settings(path: Path) -> LearningSettings:
+    """Return the learning settings of a file that holds nothing else.
+
+    Raises:
+        InvalidSettingError: it is no parameter file, sets something else, or a value is wrong.
+    """
+    values = load_parameters_file(path, "learner")
+    valid = set(declarations(LearningSettings))
+    wrong = sorted(set(values) - valid)
+    if not wrong:
+        return settings_from_parameters(LearningSettings, values)
+    robot = set(wrong) & set(declarations(RobotSettings))
+    advice = "give the robot's settings with --robot; " if robot else ""
+    raise InvalidSettingError(
+        f"{path} sets {', '.join(wrong)}, which do not belong in the learner's settings; {advice}"
+        f"valid settings: {', '.join(sorted(valid))}"
     )
 
 

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from irlpilco_ros.commands.counts import at_least
+
 EXPERIMENTS = (
     "headline",
     "perturbations",
@@ -53,7 +55,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"parts of it: {', '.join(EXPERIMENTS)} (default: all)",
     )
     parser.add_argument(
-        "--seeds", type=int, default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
+        "--seeds", type=at_least(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
     )
     parser.add_argument(
         "--out",
@@ -63,7 +65,11 @@ def add_parser(subparsers: Any) -> None:
         help="folder of the results (default: runs/study_baxter)",
     )
     parser.add_argument(
-        "--processes", type=int, default=1, metavar="N", help="runs at once here (default: 1)"
+        "--processes",
+        type=at_least(1),
+        default=1,
+        metavar="N",
+        help="runs at once here (default: 1)",
     )
     parser.add_argument(
         "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster that does the runs instead"

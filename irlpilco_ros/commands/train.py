@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.learning.learning_settings import LearningSettings
 
 EPILOG = """\
 It computes what the learner node computes when the robot has just done these trials: for each of
@@ -26,7 +28,8 @@ them the cost weights, the dynamics model and the policy of the next one. The sa
 settings give the same policies, bit for bit. Trials come in the natural order of their names,
 whatever these are (1, 2, 10, take_a). Bags that hold no whole trial are named and passed over.
 
-OUT becomes a run directory with copies of the bags: `irlpilco report OUT` shows it, a learner
+OUT, which must be new, becomes a run directory with copies of the bags; if it fails nothing is
+left of it. `irlpilco report OUT` shows it, a learner
 started on it goes on with the next trial, and OUT/policy_KKK.yaml runs without a learner.
 
 examples:
@@ -71,26 +74,47 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Learn from all trials, one after the other, and print a row for each."""
     robot, settings = read_settings(arguments)
-    topic = arguments.joint_states_topic
-    bags = whole_trials(arguments.trials, robot, topic)
+    bags = whole_trials(arguments.trials, robot, arguments.joint_states_topic)
     if os.path.lexists(arguments.run_directory):
         raise RunDirectoryError(
             f"{arguments.run_directory} exists already; name a new folder with --run-directory"
         )
-    learning = Apprenticeship.open(
-        arguments.run_directory, arguments.demonstration, robot, settings, topic
-    )
-    print(metrics_table.header(), flush=True)
-    for name, bag in numbers(bags).items():
-        prepare(learning)
-        copy = learning.directory.trials_directory / name
-        copy_bag(bag, copy)
-        report = learning.finish(copy)
-        print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
-    plan = prepare(learning)
-    learning.close()
-    print(f"policy for the next trial: {learning.directory.policy_file(plan.iteration.index)}")
+    try:
+        policy = learn(arguments, robot, settings, bags)
+    except BaseException:
+        # All that is in there are copies and what can be computed again.
+        shutil.rmtree(arguments.run_directory, ignore_errors=True)
+        raise
+    print(f"policy for the next trial: {policy}")
     return 0
+
+
+def learn(
+    arguments: argparse.Namespace,
+    robot: RobotSettings,
+    settings: LearningSettings,
+    bags: Sequence[Path],
+) -> Path:
+    """Make the run directory from the bags, and return the file of the next trial's policy."""
+    learning = Apprenticeship.open(
+        arguments.run_directory,
+        arguments.demonstration,
+        robot,
+        settings,
+        arguments.joint_states_topic,
+    )
+    try:
+        print(metrics_table.header(), flush=True)
+        for name, bag in numbers(bags).items():
+            prepare(learning)
+            copy = learning.directory.trials_directory / name
+            copy_bag(bag, copy)
+            report = learning.finish(copy)
+            print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
+        plan = prepare(learning)
+        return learning.directory.policy_file(plan.iteration.index)
+    finally:
+        learning.close()
 
 
 def whole_trials(folder: Path, robot: RobotSettings, topic: str = "") -> list[Path]:

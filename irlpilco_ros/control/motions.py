@@ -107,10 +107,15 @@ class Trial:
         if self._ticks == self._horizon:
             self._last = Command(reading.stamp, np.zeros_like(self._last.values), done=True)
             return self._last
-        values = self._policy.act(reading.state, self._ticks)
-        self._last = Command(reading.stamp, np.array(values, dtype=float))
+        self._last = Command(reading.stamp, self._decide(reading.state))
         self._ticks += 1
         return self._last
+
+    def _decide(self, state: Vector) -> Vector:
+        try:
+            return np.array(self._policy.act(state, self._ticks), dtype=float)
+        except Exception as error:  # whatever a policy of another package does
+            raise MotionStoppedError(f"the policy failed at tick {self._ticks}: {error}") from error
 
     def summary(self) -> str:
         """Say how many ticks it took."""

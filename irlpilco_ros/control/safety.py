@@ -10,7 +10,7 @@ from irlpilco_ros.control.motions import MotionStoppedError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.joints import Joints
-from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.policies import Policy, check_acts
 
 Vector = NDArray[np.float64]
 
@@ -76,12 +76,20 @@ def _check_way(robot: RobotSettings, margin: float, reading: JointReading, value
         )
 
 
-def check_policy(robot: RobotSettings, policy: Policy, joints: Joints) -> None:
-    """Check that a policy is one for this robot.
+def check_policy(
+    robot: RobotSettings, policy: Policy, joints: Joints, start: tuple[float, ...] = ()
+) -> None:
+    """Check that a policy is one for this robot, and try it where trials start.
+
+    Args:
+        robot: The robot.
+        policy: The policy.
+        joints: Its joints.
+        start: Position where trials start (J,) [rad]; the middle of the robot's range if unknown.
 
     Raises:
-        InvalidSettingError: its joints are not the robot's joints in their order, or its limit is
-            above the robot's.
+        InvalidSettingError: its joints are not the robot's joints in their order, its limit is
+            above the robot's, or it gives no sound control at the start.
     """
     if joints.names != robot.joints:
         unknown = [joint for joint in joints.names if joint not in robot.joints]
@@ -106,6 +114,14 @@ def check_policy(robot: RobotSettings, policy: Policy, joints: Joints) -> None:
             f"{policy.control_limit[joint]:g}; expected at most the robot's limit "
             f"{robot.control_limit[joint]:g}"
         )
+    position = np.array(start) if len(start) == len(joints.names) else _middle(robot)
+    state = np.concatenate([position, np.zeros(len(position))])
+    check_acts(policy, joints.layout.policy_view(state))
+
+
+def _middle(robot: RobotSettings) -> Vector:
+    middle: Vector = 0.5 * robot.lower + 0.5 * robot.upper
+    return middle
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -28,16 +28,15 @@ from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.learning import features
 from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import judge
 from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import values_of
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from irlpilco_ros.learning.task import Task
 
 WITHOUT_EFFECT = ("threads",)
@@ -93,7 +92,7 @@ def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
         tuple(shown.rollout(joints, robot.horizon) for shown in demonstrations),
         robot.control_period,
         robot.control_limit,
-        features.REGISTRY.get(robot.features).of_robot(joints),
+        robot.feature_map,
         layout=joints.layout,
         start_spread=robot.start_spread,
     )

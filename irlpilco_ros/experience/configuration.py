@@ -13,6 +13,7 @@ from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import FileError, RunDirectoryError
 from irlpilco_ros.experience.plain_files import read_yaml
 from irlpilco_ros.experience.renamed import under_new_names
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.settings import declarations
 
@@ -47,7 +48,8 @@ def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[st
     is not there any more had no say, one that was not there yet had its default.
     """
     old, new = _plain(under_new_names(before)), _plain(now)
-    defaults = {name: each.default for name, each in declarations(LearningSettings).items()}
+    declared = declarations(LearningSettings) | declarations(RobotSettings)
+    defaults = {name: each.default for name, each in declared.items()}
     old = {key: value for key, value in old.items() if key in new or "." not in key}
     for key in (key for key in new if "." in key and key not in old):
         old[key] = _plain(defaults.get(key, new[key]))

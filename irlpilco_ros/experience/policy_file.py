@@ -6,6 +6,7 @@ written row by row. The controller checks them with `policy_from_parameters`, al
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,8 @@ from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.policies.declaration import Declared, declared
 
+_LOGGER = logging.getLogger(__name__)
+
 PREFIX = "policy."
 SECTION = "/**/controller"
 
@@ -35,8 +38,8 @@ _JOINT_LISTS = {
 def policy_fields() -> dict[str, Declared]:
     """Return every field that a policy of any kind can have, by the name of its ROS parameter.
 
-    Raises:
-        InvalidSettingError: two kinds declare a field of the same name, but not of the same type.
+    A parameter has one type only: of two kinds of policy that declare a field of the same name
+    with different types, the later cannot be run by a controller, which is logged.
     """
     found: dict[str, Declared] = {}
     for kind in policies.REGISTRY.classes():
@@ -44,16 +47,13 @@ def policy_fields() -> dict[str, Declared]:
             name = PREFIX + field.name
             known = found.setdefault(name, field)
             if (known.kind, not known.shape) != (field.kind, not field.shape):
-                raise InvalidSettingError(
-                    f"a {kind.kind} policy has a field {field.name} of another type than other "
-                    "policies have; give it another name"
+                _LOGGER.warning(
+                    "a %s policy has a field %s of another type than other policies have, and "
+                    "cannot be run by the controller; give the field another name",
+                    kind.kind,
+                    field.name,
                 )
     return found
-
-
-def names_parameters() -> tuple[str, ...]:
-    """Return the parameters of a policy that are lists of joint names."""
-    return tuple(PREFIX + name for name in _JOINT_LISTS)
 
 
 def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:

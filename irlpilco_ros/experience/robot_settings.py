@@ -5,21 +5,25 @@ A second robot is a second YAML file with these keys (see config/baxter.yaml), n
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.features import REGISTRY
+from irlpilco_ros.learning.features import REGISTRY, Features
 from irlpilco_ros.learning.joints import Joints
-from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
 
 @dataclass(frozen=True)
 class RobotSettings:
     """Joints, limits and rates of one robot; J joints in the order of the state [q, q_dot].
+
+    Settings of features are in `options`, named `<feature>.<setting>`.
 
     Raises:
         InvalidSettingError: a list has another length than `joints`, a joint is named twice,
@@ -79,6 +83,7 @@ class RobotSettings:
         minimum=0.0,
         maximum=10.0,
     )
+    options: Mapping[str, Any] = extension_settings(REGISTRY.classes)
 
     def __post_init__(self) -> None:
         check(self)
@@ -110,6 +115,16 @@ class RobotSettings:
                     f"RobotSettings.{name} has {length} values for {len(self.joints)} joints; "
                     "expected one for each of RobotSettings.joints"
                 )
+
+    @cached_property
+    def feature_map(self) -> Features:
+        """What a motion is compared by, made for the robot's joints.
+
+        Raises:
+            InvalidSettingError: these features do not fit the robot.
+        """
+        chosen = REGISTRY.get(self.features)
+        return chosen.of_robot(self.roles, options_of(self.options, chosen))
 
     @cached_property
     def roles(self) -> Joints:

@@ -10,8 +10,8 @@ from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
 from irlpilco_ros.learning.task import Task
 
 RunTrial = Callable[[Policy], Rollout]

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.state_layout import StateLayout
 
-if TYPE_CHECKING:
-    from irlpilco_ros.learning.policies import Policy
+
+class Acting(Protocol):
+    """A policy, as far as a robot's joints need it."""
+
+    def act(self, state: Array, step: int) -> Array:
+        """Return the control (F,) for what a policy sees of the state, at a step of the trial."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class Joints:
         """How many numbers of the state a policy sees."""
         return len(self.layout.policy_inputs or ())
 
-    def act(self, policy: Policy, state: Array, step: int) -> Array:
+    def act(self, policy: Acting, state: Array, step: int) -> Array:
         """Return the control (F,) of a policy for the whole state (2J,)."""
         return policy.act(self.layout.policy_view(state), step)
 
@@ -90,7 +94,7 @@ class PolicyOf:
     """
 
     joints: Joints
-    policy: Policy
+    policy: Acting
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for the state [q, q_dot] (2J,) at a step of the trial."""

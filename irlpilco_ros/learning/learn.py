@@ -23,9 +23,6 @@ from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximatio
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.policies.initial_policy import initial_policy, random_policy, zero_policy
-from irlpilco_ros.learning.policies.inverse_policy import inverse_policy
-from irlpilco_ros.learning.policies.random_start import random_start
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
@@ -33,6 +30,9 @@ from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
+from irlpilco_ros.learning.starts.initial_policy import initial_policy, random_policy, zero_policy
+from irlpilco_ros.learning.starts.inverse_policy import inverse_policy
+from irlpilco_ros.learning.starts.random_start import random_start
 from irlpilco_ros.learning.task import Task
 from irlpilco_ros.learning.weight_rules import WEIGHT_RULES
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, ClassVar, Generic, TypeVar
@@ -33,6 +33,14 @@ class Extension:
 
     kind: ClassVar[str]
     Settings: ClassVar[type[Any]] = NoSettings
+
+    @classmethod
+    def check_class(cls) -> None:
+        """Check a class before it is registered.
+
+        Raises:
+            InvalidSettingError: it does not declare what it should.
+        """
 
 
 Kind = TypeVar("Kind", bound=Extension)
@@ -119,6 +127,9 @@ class Registry(Generic[Kind]):
             raise InvalidSettingError(
                 f"{name!r} of {self.group} is no name; expected letters, digits and underscores"
             )
+        if not is_dataclass(cls.Settings):
+            raise InvalidSettingError(f"Settings of {name!r} of {self.group} is no dataclass")
+        cls.check_class()
         cls.kind = name
         return cls
 

@@ -12,8 +12,8 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import Features, JointPositions
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 
 @dataclass(frozen=True)

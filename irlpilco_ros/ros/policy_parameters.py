@@ -23,6 +23,7 @@ from irlpilco_ros.learning.policies.declaration import declared
 from irlpilco_ros.ros.parameters import given_under_old_name
 
 _KIND = PREFIX + "kind"
+_START = "start_position"  # a parameter of the controller's own
 _TEXTS = {
     _KIND: "Kind of the policy; setting it replaces the whole policy.",
     PREFIX + "joints": "Joints that the policy sees: those of the controller, in the same order.",
@@ -66,7 +67,7 @@ class PolicyParameters:
 
         Args:
             node: The node; it must allow undeclared parameters, so that an unknown name reaches
-                the check here and is refused with a reason.
+                the check here and is refused with a reason. It has declared `start_position`.
             robot: What the policy must fit.
             on_change: Called with every new policy.
 
@@ -80,7 +81,7 @@ class PolicyParameters:
         self._values: dict[str, Any] = {}
         for name, descriptor in self._descriptors.items():
             self._declare(name, descriptor)
-        self.policy = self._make(self._values) if self._values.get(_KIND) else None
+        self.policy = self._make(self._values, ()) if self._values.get(_KIND) else None
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._judge)
         node.add_post_set_parameters_callback(self._take_over)
@@ -99,7 +100,7 @@ class PolicyParameters:
         if _KIND not in given:
             return parameters
         return parameters + [
-            _empty(descriptor)
+            _Emptied(descriptor)
             for name, descriptor in self._descriptors.items()
             if name not in given
         ]
@@ -109,7 +110,7 @@ class PolicyParameters:
             self._check_names(parameters)
             values = self._merged(parameters)
             if values != self._values:
-                self._make(values)
+                self._make(values, parameters)
         except InvalidSettingError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -118,7 +119,7 @@ class PolicyParameters:
         values = self._merged(parameters)
         if values != self._values:
             self._values = values
-            self.policy = self._make(values)
+            self.policy = self._make(values, parameters)
             self._on_change(self.policy)
 
     def _check_names(self, parameters: Iterable[Parameter]) -> None:
@@ -132,20 +133,38 @@ class PolicyParameters:
                 )
 
     def _merged(self, parameters: Iterable[Parameter]) -> dict[str, Any]:
-        changes = {p.name: _plain(p.value) for p in parameters if p.name in self._descriptors}
-        return {**self._values, **changes}
+        changes = {
+            p.name: None if isinstance(p, _Emptied) else _plain(p.value)
+            for p in parameters
+            if p.name in self._descriptors
+        }
+        values = {**self._values, **changes}
+        return {name: value for name, value in values.items() if value is not None}
 
-    def _make(self, values: dict[str, Any]) -> Policy:
+    def _make(self, values: dict[str, Any], parameters: Iterable[Parameter]) -> Policy:
+        """Return the policy of these values, tried at the start that the same request may set."""
         policy, joints = policy_from_parameters(_given(values))
-        check_policy(self._robot, policy, joints)
+        start = self._node.get_parameter_or(_START).value
+        start = next((p.value for p in parameters if p.name == _START), start)
+        check_policy(self._robot, policy, joints, tuple(start or ()))
         return policy
+
+
+class _Emptied(Parameter):  # type: ignore[misc]
+    """A field that a new policy leaves out; ROS parameters cannot be taken back."""
+
+    def __init__(self, descriptor: ParameterDescriptor) -> None:
+        kind = Parameter.Type(descriptor.type)
+        empty = {Parameter.Type.STRING: "", Parameter.Type.INTEGER: 0, Parameter.Type.DOUBLE: 0.0}
+        super().__init__(descriptor.name, kind, empty.get(kind, []))
 
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:
     """Return the values that say something.
 
-    ROS parameters cannot be taken back: an empty list or word, or a zero, stands for a field that
-    the policy does not have. Where the kind has the field, a zero is a zero.
+    In parameters that were saved from a running controller, an empty list or word, or a zero,
+    stands for a field that the policy does not have. Where the kind has the field, a zero is a
+    zero.
     """
     kind = values.get(_KIND)
     known = REGISTRY.names()
@@ -155,12 +174,6 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
         for name, value in values.items()
         if value or (name in own and not isinstance(value, list | str))
     }
-
-
-def _empty(descriptor: ParameterDescriptor) -> Parameter:
-    kind = Parameter.Type(descriptor.type)
-    empty = {Parameter.Type.STRING: "", Parameter.Type.INTEGER: 0, Parameter.Type.DOUBLE: 0.0}
-    return Parameter(descriptor.name, kind, empty.get(kind, []))
 
 
 def _plain(value: Any) -> Any:

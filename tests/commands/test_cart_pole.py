@@ -62,7 +62,7 @@ def test_the_page_has_the_table_and_the_figures(chapter):
         with Image.open(out / f"{name}.png") as picture:
             assert picture.size[0] > 1000
         with Image.open(out / f"{name}.gif") as film:
-            assert film.n_frames > 90
+            assert getattr(film, "n_frames", 1) > 90
     assert (out / "errors.png").exists()
 
 
@@ -156,11 +156,3 @@ def test_an_expert_finds_out_of_a_detour():
     trials = [Rollout(*trial) for trial in zip(stored["states"], stored["controls"], strict=True)]
     settings = dataclasses.replace(runs.EXPERT_SETTINGS, evaluations=120)
     assert learn(task, settings, trials, previous).cost < 9.0
-
-
-@pytest.mark.parametrize("option", ["--seeds", "--expert-trials"])
-def test_nothing_to_run_is_refused_and_leaves_no_folder(option, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert cli.main(["cart-pole", option, "0", "--out", str(out)]) == 1
-    assert f"{option} is 0; expected at least 1" in capsys.readouterr().err
-    assert not out.exists()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
+import time
 
-from irlpilco_ros.commands import terminal
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
 
@@ -15,7 +15,7 @@ class Terminal(io.StringIO):
 
 def test_plain_lines_come_with_the_stage_and_then_seldom(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
     stream = io.StringIO()
     with ProgressDisplay("iteration 2", stream) as display:
         for step in range(12):

@@ -81,7 +81,7 @@ def test_a_setting_that_does_not_exist_is_refused(recorded, files, tmp_path, cap
     wrong.write_text("/**:\n  ros__parameters:\n    evaluation: 6\n")
     assert train(recorded, tmp_path / "out", [*files[:2], "--settings", str(wrong)]) == 1
     message = capsys.readouterr().err
-    assert "sets evaluation, which the learner does not know" in message
+    assert "sets evaluation, which do not belong in the learner's settings" in message
     assert "evaluations" in message
 
 
@@ -95,3 +95,17 @@ def test_it_needs_no_ros(recorded, files, tmp_path):
     done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "iteration 1: model" in done.stderr
+
+
+def test_a_train_that_fails_leaves_no_folder(recorded, files, tmp_path, capsys):
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(toy_robot.ROBOT_FILE.replace("joints:", "features: tools\n    joints:"))
+    assert train(recorded, tmp_path / "out", ["--robot", str(robot), *files[2:]]) == 1
+    assert capsys.readouterr().err.startswith("irlpilco: ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_directory_through_a_file_is_refused_in_a_line(recorded, files, tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert train(recorded, tmp_path / "file" / "out", files) == 1
+    assert "file/out/trials: Not a directory" in capsys.readouterr().err

@@ -21,6 +21,16 @@ class Counting:
         return np.array([step + 1.0, state[0]])
 
 
+class Failing:
+    def act(self, state, step):
+        raise ZeroDivisionError("a slip of the pen")
+
+
+def test_a_policy_that_fails_stops_the_trial_with_the_reason():
+    with pytest.raises(MotionStoppedError, match="the policy failed at tick 0: a slip of the pen"):
+        Trial(Failing(), 3, 0.1).command(reading(1.0))
+
+
 def run(trial, times):
     """Ask the trial at these times, the elbow's position being the time."""
     commands = []

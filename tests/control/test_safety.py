@@ -12,7 +12,7 @@ from irlpilco_ros.control.motions import MotionStoppedError
 from irlpilco_ros.control.safety import check_command, check_policy, check_reading, check_start
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.joints import Joints
-from irlpilco_ros.learning.policies import OpenLoopPolicy
+from irlpilco_ros.learning.policies import OpenLoopPolicy, RbfPolicy
 
 EFFORT = dataclasses.replace(ROBOT, command_interface="effort")
 MARGIN = 0.05
@@ -85,6 +85,32 @@ def test_policies_must_fit_the_robot():
     one = OpenLoopPolicy(np.zeros((4, 1)), np.array([1.0]), 4)
     with pytest.raises(InvalidSettingError, match=r"takes wrist for unactuated .* are no joint"):
         check_policy(ROBOT, one, Joints(JOINTS, unactuated=("wrist",)))
+
+
+class Faulty(OpenLoopPolicy):
+    def act(self, state, step):
+        raise ZeroDivisionError("a slip of the pen")
+
+
+class Wild(OpenLoopPolicy):
+    def act(self, state, step):
+        return 3.0 * self.control_limit
+
+
+def test_policies_are_tried_at_the_start_before_a_robot_gets_them():
+    limit, names = np.array([1.0, 2.0]), Joints(JOINTS)
+    narrow = RbfPolicy(np.zeros((3, 4)), np.ones((3, 2)), np.full((1, 4), -357.0), limit)
+    with pytest.raises(InvalidSettingError, match="the rbf policy cannot act at its start"):
+        check_policy(ROBOT, narrow, names)
+    centre = np.array([[0.2, 0.1, 0.0, 0.0]])  # away from it the distance overflows
+    steep = RbfPolicy(centre, np.ones((1, 2)), np.full((1, 4), -354.0), limit)
+    check_policy(ROBOT, steep, names, (0.2, 0.1))
+    with pytest.raises(InvalidSettingError, match="of the rbf policy is not finite at its start"):
+        check_policy(ROBOT, steep, names)
+    with pytest.raises(InvalidSettingError, match="cannot act at its start: a slip of the pen"):
+        check_policy(ROBOT, Faulty(np.zeros((4, 2)), limit, 4), names)
+    with pytest.raises(InvalidSettingError, match="beyond its own control_limit"):
+        check_policy(ROBOT, Wild(np.zeros((4, 2)), limit, 4), names)
 
 
 def test_starts_must_be_inside_the_limits():

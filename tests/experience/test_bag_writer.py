@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def test_rosbags_mcap_and_we_read_the_same(tmp_path):
     assert ours == [(c.topic, m.log_time, m.data) for _, c, m in records]
     store = get_typestore(Stores.ROS2_JAZZY)
     (_, _, data) = ours[0]
-    decoded = store.deserialize_cdr(data, JOINT_STATE)
+    decoded: Any = store.deserialize_cdr(data, JOINT_STATE)
     np.testing.assert_array_equal(decoded.position, trial().positions[0])
     assert decoded.header.stamp.sec == 1000
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import yaml
@@ -21,7 +23,7 @@ JOINTS = ("left", "right", "waist")
 ALL = Joints(JOINTS)
 random = np.random.default_rng(3)
 LIMIT = np.array([0.5, 1.0, 1.5])
-EXAMPLES = {
+EXAMPLES: dict[str, dict[str, Any]] = {
     "linear": {"weights": (3, 6), "bias": (3,)},
     "linear_phase": {"weights": (3, 6), "phase_weights": (3, 4), "horizon": 16},
     "rbf": {"centres": (5, 6), "targets": (5, 3), "log_widths": (1, 6)},
@@ -86,12 +88,15 @@ def test_the_file_holds_what_the_controller_needs_alone(tmp_path):
         ({"kind": ""}, "policy.kind is missing or empty"),
         ({"joints": []}, "policy.joints is missing or empty"),
         ({"joints": ["left", "left", "waist"]}, "names a joint twice"),
-        ({"joints": ["left", "right"]}, "make no array|shape|does not fit"),
-        ({"weights": [1.0] * 17}, "weights has 17 values, which make no array of shape"),
-        ({"weights": [1.0] * 15}, "does not fit 3 joints"),
+        ({"joints": ["left", "right"]}, "expected 8"),
+        (
+            {"weights": [1.0] * 17},
+            r"weights has 17 values; expected 18 \(shape F x D, F = 3, D = 6\)",
+        ),
+        ({"weights": [1.0] * 15}, "weights has 15 values; expected 18"),
         ({"weights": [1.0] * 17 + [float("nan")]}, "weights of a linear policy holds nan"),
         ({"weights": ["much"] * 18}, "weights holds something else than numbers"),
-        ({"bias": [0.0]}, "bias of a linear policy has shape"),
+        ({"bias": [0.0]}, "bias has 1 values; expected 3"),
         ({"control_limit": [1.0, -1.0, 1.0]}, "expected at least 0"),
         ({"magic": [1.0]}, "unknown: magic"),
     ],

@@ -107,10 +107,10 @@ def test_a_trial_of_a_robot_with_an_unactuated_joint():
     nan = float("nan")
     trial = Trajectory(
         joint_names=("cart", "pole"),
-        stamps=[0.0, 0.1, 0.2],
+        stamps=np.array([0.0, 0.1, 0.2]),
         positions=np.arange(6.0).reshape(3, 2),
         velocities=np.zeros((3, 2)),
-        commands=[[1.0, nan], [2.0, nan], [0.0, nan]],
+        commands=np.array([[1.0, nan], [2.0, nan], [0.0, nan]]),
     )
     rollout = trial.rollout(joints, 2)
     np.testing.assert_array_equal(rollout.controls, [[1.0], [2.0]])

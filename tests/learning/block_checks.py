@@ -46,7 +46,7 @@ def contract(moments: Moments, bars: tuple[Array, Array, Array]) -> float:
     return float(sum(np.sum(bar * part) for bar, part in zip(bars, parts, strict=True)))
 
 
-def slope(function: Callable[[float], float], step: float = 2e-3) -> float:
+def slope(function: Callable[..., float], step: float = 2e-3) -> float:
     """Return the derivative at 0 by central differences, extrapolated to sixth order."""
     rough = [(function(h) - function(-h)) / (2 * h) for h in (step, step / 2, step / 4)]
     better = [(4 * rough[i + 1] - rough[i]) / 3 for i in range(2)]

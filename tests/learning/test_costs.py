@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ FEATURES = PositionsAndAngles((0,), (2,))
 SPREADS = np.stack([random_gaussian(RNG, K).covariance for _ in range(H + 1)])
 PRECISION = random_gaussian(RNG, K).covariance * 5
 
-COSTS = {
+COSTS: dict[str, Any] = {
     "feature_matching": FeatureMatching(FEATURES, REFERENCE, WEIGHTS, 0.6, 0.9),
     "feature_expectations": FeatureExpectations(FEATURES, REFERENCE, WEIGHTS, 0.9),
     "trajectory_kl": TrajectoryKl(FEATURES, REFERENCE, SPREADS, 0.01 * np.eye(K), 0.9),

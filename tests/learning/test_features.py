@@ -46,7 +46,9 @@ def test_hand_positions_by_cubature_are_within_millimetres():
     x = np.random.default_rng(2).multivariate_normal(state.mean, state.covariance, 200_000)
     hands = features.of(x)
     assert np.abs(hands.mean(axis=0) - moments.mean).max() < 1e-3
-    np.testing.assert_allclose(moments.covariance, np.cov(hands.T), atol=0.05 * np.var(hands))
+    np.testing.assert_allclose(
+        moments.covariance, np.cov(hands.T), atol=0.05 * float(np.var(hands))
+    )
     assert moments.jacobian.shape == (2, 4)
 
 

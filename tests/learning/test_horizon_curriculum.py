@@ -13,10 +13,10 @@ from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
+from irlpilco_ros.learning.state_layout import StateLayout
 
 HORIZON = 12
 

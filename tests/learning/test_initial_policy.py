@@ -5,7 +5,7 @@ import pytest
 from toy_models import JOINTS, toy_task
 
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.policies.initial_policy import initial_policy, policy_limit
+from irlpilco_ros.learning.starts.initial_policy import initial_policy, policy_limit
 
 
 @pytest.mark.parametrize(

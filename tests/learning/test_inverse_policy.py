@@ -5,10 +5,10 @@ import pytest
 
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.policies.initial_policy import zero_policy
-from irlpilco_ros.learning.policies.inverse_policy import inverse_policy, regulator, slopes_along
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.starts.initial_policy import zero_policy
+from irlpilco_ros.learning.starts.inverse_policy import inverse_policy, regulator, slopes_along
 from irlpilco_ros.learning.task import Task
 
 DT = 0.1

@@ -9,7 +9,7 @@ from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, apprenti
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import CubatureFeatures
 from irlpilco_ros.learning.learn import learn, weigh
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 
 SETTINGS = LearningSettings(options={"linear_phase.count": 6}, threads=1)
 
@@ -76,8 +76,9 @@ def test_several_demonstrations_are_averaged_and_their_spread_counts():
     np.testing.assert_allclose(task.reference_features(), mean)
     spread = np.var([run.states[3, 0] for run in runs], ddof=1) + 0.01**2
     assert task.reference_covariances()[3, 0, 0] == pytest.approx(spread, rel=0.02)
-    changes = {"imitation": "trajectory_kl", "optimiser": "lbfgs", "evaluations": 16}
-    settings = dataclasses.replace(SETTINGS, **changes)
+    settings = dataclasses.replace(
+        SETTINGS, imitation="trajectory_kl", optimiser="lbfgs", evaluations=16
+    )
     _, trials, _ = run(settings, 3, task)
     assert judge(task, trials[-1]).rmse < 0.06
 

@@ -16,7 +16,7 @@ from irlpilco_ros.learning import (
     pilco,
 )
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
 
 TASK = toy_task()
 SETTINGS = LearningSettings(threads=1, evaluations=4)

@@ -12,9 +12,10 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
-from irlpilco_ros.learning.policies.random_start import random_start
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.policies import OpenLoopPolicy
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
+from irlpilco_ros.learning.starts.random_start import random_start
+from irlpilco_ros.learning.state_layout import StateLayout
 
 LAYOUT = StateLayout(2, angles=(0,), dynamics_inputs=(1, 2, 3), policy_inputs=(1, 2, 3))
 SETTINGS = LearningSettings(
@@ -74,7 +75,9 @@ def test_all_evaluations_are_counted_and_told_of():
 
 
 def test_first_trial_is_random_within_the_limit():
-    table = initial_policy(pendulum_task(), dataclasses.replace(SETTINGS, seed=1)).controls
+    first = initial_policy(pendulum_task(), dataclasses.replace(SETTINGS, seed=1))
+    assert isinstance(first, OpenLoopPolicy)
+    table = first.controls
     assert (np.abs(table) <= 2.0).all()
     assert table.std() > 0.5
 

@@ -1,3 +1,5 @@
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from block_checks import (
@@ -16,12 +18,17 @@ from block_checks import (
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
 from irlpilco_ros.learning.moments.radial_basis import bumps_moments, fit_bumps
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import (
+    REGISTRY,
     LinearPhasePolicy,
     LinearPolicy,
     OpenLoopPolicy,
+    Policy,
     RbfPolicy,
+    control_limit,
     from_arrays,
+    parameter,
 )
 from irlpilco_ros.learning.policies.linear_phase import phase_features
 from irlpilco_ros.learning.policies.rbf import RIDGE, VARIANCE_FLOOR
@@ -181,6 +188,76 @@ def test_refusals_name_what_is_wrong():
         from_arrays(make("rbf").to_arrays() | {"log_widths": np.zeros((3, D))})
 
 
+@dataclass(frozen=True)
+class Undeclared(Policy):
+    weights: Array = parameter("F D", "Gains.")
+    gain: float = 1.0
+
+
+@dataclass(frozen=True)
+class Limitless(Policy):
+    weights: Array = parameter("F D", "Gains.")
+
+
+@dataclass(frozen=True)
+class Blind(Policy):
+    bias: Array = parameter("F", "Control.")
+    control_limit: Array = control_limit()
+
+
+@dataclass(frozen=True)
+class Ambiguous(Policy):
+    weights: Array = parameter("F D", "Gains.")
+    table: Array = parameter("K L", "Both sizes are anybody's guess.")
+    control_limit: Array = control_limit()
+
+
+@pytest.mark.parametrize(
+    ("cls", "message"),
+    [
+        (Undeclared, "the field gain of Undeclared is not declared"),
+        (Limitless, "Limitless has no control_limit"),
+        (Blind, "no array of Blind has a size D"),
+        (Ambiguous, "the shape K L of Ambiguous.table has two sizes that are new"),
+        (Policy, "Policy is no dataclass"),
+    ],
+)
+def test_a_policy_that_does_not_declare_what_it_should_is_not_registered(cls, message):
+    with pytest.raises(InvalidSettingError, match=message):
+        REGISTRY.register("unsound")(cls)
+    assert "unsound" not in REGISTRY.names()
+
+
+@pytest.mark.parametrize(
+    ("kind", "change", "message"),
+    [
+        ("linear_phase", {"horizon": np.inf}, "expected a whole number"),
+        ("linear_phase", {"horizon": 2.5}, "expected a whole number"),
+        ("linear_phase", {"horizon": "many"}, "expected a whole number"),
+        ("linear", {"weights": [[1.0], [1.0, 2.0]]}, "holds something else than numbers"),
+        ("linear", {"weights": "much"}, "holds something else than numbers"),
+    ],
+)
+def test_what_is_no_number_is_refused(kind, change, message):
+    with pytest.raises(InvalidSettingError, match=message):
+        from_arrays(make(kind).to_arrays() | change)
+
+
+def test_shapes_follow_from_flat_lists_by_their_symbols():
+    policy = make("rbf")
+    arrays = policy.to_arrays()
+    flat = {name: np.ravel(value).tolist() for name, value in arrays.items() if name != "kind"}
+    again = RbfPolicy.from_lists(flat, {"F": F, "D": D})
+    for name, value in again.to_arrays().items():
+        np.testing.assert_array_equal(value, arrays[name])
+    with pytest.raises(InvalidSettingError, match=r"targets has 12 values; expected 14 .*N = 7"):
+        RbfPolicy.from_lists(flat | {"targets": flat["targets"][2:]}, {"F": F, "D": D})
+    with pytest.raises(
+        InvalidSettingError, match="centres has 27 values; expected a multiple of 4"
+    ):
+        RbfPolicy.from_lists(flat | {"centres": flat["centres"][1:]}, {"F": F, "D": D})
+
+
 def test_open_loop_stands_still_after_its_end():
     np.testing.assert_array_equal(make("open_loop").act(np.zeros(D), H), np.zeros(F))
 
@@ -252,7 +329,7 @@ def test_rbf_before_squashing_agrees_with_the_original(case, given, expected):
     )
     centres_bar, targets_bar, widths_bar = pull_fit(pull(*bars)[2])
     fixed = np.zeros((2, outputs))
-    found = [np.vstack([widths_bar.T, fixed]), centres_bar, targets_bar]
-    found = np.concatenate([part.ravel(order="F") for part in found])
+    parts = [np.vstack([widths_bar.T, fixed]), centres_bar, targets_bar]
+    found = np.concatenate([part.ravel(order="F") for part in parts])
     wanted = reference_bars(expected, bars, "", "p")
     np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())

@@ -1,4 +1,5 @@
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,13 +13,13 @@ from irlpilco_ros.learning.learn import expected_cost, weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy
-from irlpilco_ros.learning.policies.initial_policy import initial_policy
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.search.optimisers import OPTIMISERS
 from irlpilco_ros.learning.search.policy_search import search_policy
 from irlpilco_ros.learning.settings import declarations
+from irlpilco_ros.learning.starts.initial_policy import initial_policy
+from irlpilco_ros.learning.state_layout import StateLayout
 
 LIMIT = np.array([1.0, 0.8])
 
@@ -91,7 +92,7 @@ class Saturated:
 
 def test_a_start_that_leads_nowhere_does_not_end_the_search():
     trap = policy(0)
-    problem = Saturated(objective(), trap)
+    problem: Any = Saturated(objective(), trap)
     found = search_policy(problem, [trap, policy()], "gauss_newton", 20, screening=4)
     assert found.cost < 0.7 * problem.lowest
     assert found.evaluations <= 2 + 20 + 4

@@ -12,11 +12,11 @@ from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.squashing import squash
-from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, RbfPolicy
+from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Policy, RbfPolicy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.predicted_trajectory import predict_step, predict_trajectory
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 
 def indices(array):
@@ -38,7 +38,7 @@ def original_problem(given):
     )
     limit = given["maxU"].ravel()
     if str(given["pol"]) == "lin":
-        policy = LinearPolicy(given["w"], given["b"].ravel(), limit)
+        policy: Policy = LinearPolicy(given["w"], given["b"].ravel(), limit)
     else:
         widths = given["phyp"][:-2].reshape(-1, len(limit), order="F").T
         policy = RbfPolicy(given["centers"], given["targets"], widths, limit)
@@ -146,7 +146,7 @@ def toy_objective(approximation, policy_kind):
     model = toy_model(5 + 2, 4)
     limit = np.array([1.0, 0.5])
     if policy_kind == "linear_phase":
-        policy = LinearPhasePolicy(
+        policy: Policy = LinearPhasePolicy(
             0.3 * rng.standard_normal((2, 3)), rng.standard_normal((2, 3)), 4, limit
         )
     else:

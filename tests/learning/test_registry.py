@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.registry import Registry
+from irlpilco_ros.learning.registry import Extension, Registry
 
 GROUP = "irlpilco_ros.shapes_of_this_test"
 MODULE = """
@@ -23,8 +25,13 @@ square = shapes_of_another:Round
 """
 
 
-class Shape:
-    kind: str
+class Shape(Extension):
+    corners = 0
+
+    @classmethod
+    def check_class(cls):
+        if cls.corners < 0:
+            raise InvalidSettingError(f"{cls.__name__} has {cls.corners} corners")
 
 
 @pytest.fixture
@@ -36,7 +43,7 @@ def shapes(tmp_path, monkeypatch):
     (information / "METADATA").write_text("Name: shapes_of_another\nVersion: 1.0\n")
     (information / "entry_points.txt").write_text(ENTRY_POINTS)
     monkeypatch.syspath_prepend(tmp_path)
-    registry = Registry(GROUP, Shape)
+    registry: Registry[Any] = Registry(GROUP, Shape)
     registry.register("square")(type("Square", (Shape,), {}))
     return registry
 
@@ -71,3 +78,26 @@ def test_what_cannot_be_had_is_told(shapes, name, message):
 def test_a_name_is_given_once(shapes):
     with pytest.raises(InvalidSettingError, match="has a class named 'square' already"):
         shapes.register("square")(type("Other", (Shape,), {}))
+
+
+def test_packages_that_cannot_be_loaded_are_left_out_and_told_of_once(shapes, caplog):
+    for _ in range(2):
+        assert [cls.kind for cls in shapes.classes()] == ["square", "round"]
+    told = [record.getMessage() for record in caplog.records]
+    assert len(told) == 2
+    assert "'gone' is offered by" in told[0]
+    assert "'stranger' of" in told[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "members", "message"),
+    [
+        ("a.b", {}, "'a.b' of .* is no name"),
+        ("odd", {"Settings": int}, "Settings of 'odd' of .* is no dataclass"),
+        ("odd", {"corners": -1}, "Odd has -1 corners"),
+    ],
+)
+def test_a_class_is_checked_when_it_is_registered(shapes, name, members, message):
+    with pytest.raises(InvalidSettingError, match=message):
+        shapes.register(name)(type("Odd", (Shape,), members))
+    assert name not in shapes.names()

@@ -1,4 +1,5 @@
 import dataclasses
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -6,8 +7,8 @@ from toy_models import DT, HORIZON, JOINTS, toy_demonstration, toy_task
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.learning.task import Task
 
 
@@ -21,7 +22,7 @@ def test_a_task_describes_its_demonstration():
 
 def test_commanded_demonstrations_give_their_own_controls():
     shown = toy_demonstration()
-    controls = np.arange(HORIZON * JOINTS).reshape(HORIZON, JOINTS) * 0.01
+    controls = np.arange(1.0 * HORIZON * JOINTS).reshape(HORIZON, JOINTS) * 0.01
     task = Task((Rollout(shown.states, controls),), DT, np.full(JOINTS, 2.0))
     np.testing.assert_array_equal(task.demonstrated_controls(), controls)
     speeds = np.diff(shown.states[:, :JOINTS], axis=0) / DT
@@ -114,4 +115,4 @@ def test_unsound_settings_are_refused_by_name(changes):
 
 
 def test_settings_take_lists_as_yaml_gives_them():
-    assert LearningSettings(starts=["zero"]).starts == ("zero",)
+    assert LearningSettings(starts=cast(Any, ["zero"])).starts == ("zero",)

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -120,7 +121,12 @@ def test_parallel_work_may_be_nested():
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_call_for_later_is_made_once(threads):
     calls = []
-    later = [run_later(lambda i=i: calls.append(i) or i, threads) for i in range(200)]
+
+    def call(i):
+        calls.append(i)
+        return i
+
+    later = [run_later(partial(call, i), threads) for i in range(200)]
     assert [call.result() for call in reversed(later)] == list(range(199, -1, -1))
     assert [call.result() for call in later] == list(range(200))
     assert sorted(calls) == list(range(200))

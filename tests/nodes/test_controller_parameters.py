@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from rcl_interfaces.srv import DescribeParameters, ListParameters
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.learning.joints import Joints
-from irlpilco_ros.learning.policies import LinearPolicy
+from irlpilco_ros.learning.policies import LinearPolicy, RbfPolicy
 
 pytestmark = pytest.mark.dds
 
@@ -22,13 +23,14 @@ def graph(shared_ros):
     return shared_ros
 
 
-BAD_POLICIES = {
+BAD_POLICIES: dict[str, tuple[dict[str, Any], str]] = {
     "shape": ({"policy.controls": [0.1, 0.2, 0.3]}, "3 values"),
     "finiteness": ({"policy.controls": [0.1, math.nan]}, "expected finite numbers"),
     "limit": ({"policy.control_limit": [1.0, 2.5]}, "expected at most the robot's limit 2"),
     "unknown joint": ({"policy.joints": ["elbow", "hand"]}, "unknown: hand; missing: wrist"),
     "order": ({"policy.joints": ["wrist", "elbow"]}, "in this order: elbow, wrist"),
     "kind": ({"policy.kind": "wild"}, "'wild' is unknown"),
+    "a number left out": ({"policy.state_size": None}, "missing: state_size"),
     "absent": ({"policy.controls": None}, "missing: controls"),
     "of another kind": ({"policy.bias": [0.0, 0.0]}, "unknown: bias"),
     "unknown name": ({"policy.wieghts": [0.0]}, "policy.wieghts does not exist"),
@@ -60,6 +62,21 @@ def test_a_policy_of_another_kind_leaves_nothing_of_the_one_before(graph):
     # One field of the policy in force can be changed alone, and is checked alike.
     assert graph.set_parameters("controller", {"policy.bias": [0.1, 0.2]}).successful
     assert not graph.set_parameters("controller", {"policy.bias": [0.1]}).successful
+
+
+def test_a_policy_that_overflows_at_the_start_is_refused(graph):
+    assert graph.set_parameters("controller", {**MOVING, "start_position": [0.0, 0.0]}).successful
+    centre = np.array([[0.2, 0.1, 0.0, 0.0]])  # anywhere else the distance to it overflows
+    widths = np.full((1, 4), -354.0)
+    policy = RbfPolicy(centre, np.ones((1, 2)), widths, np.array([1.0, 2.0]))
+    steep = policy_to_parameters(policy, Joints(tuple(JOINTS)))
+    answer = graph.set_parameters("controller", steep)
+    assert not answer.successful
+    assert "rbf policy is not finite at its start" in answer.reason
+    assert graph.get_parameter("controller", "policy.kind") == "open_loop"
+    # The start of the same request is what it is tried at.
+    there = {**steep, "start_position": [0.2, 0.1]}
+    assert graph.set_parameters("controller", there).successful
 
 
 def test_every_parameter_says_what_it_means(graph):

@@ -9,7 +9,7 @@ import toy_robot
 from fake_robot import FakeRobot
 from installed_example import install_example
 
-from irlpilco_ros.experience.policy_file import load_parameters_file
+from irlpilco_ros.experience.parameters_file import load_parameters_file
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 pytestmark = pytest.mark.dds

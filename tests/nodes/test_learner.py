@@ -20,6 +20,7 @@ from trajectory_msgs.msg import JointTrajectory
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.policy_file import policy_from_parameters, read_policy_file
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.settings import from_values
 from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
@@ -91,7 +92,7 @@ class FakeRobot:
         self.seed += 1
         trial = toy_robot.trial_of(policy, start, self.seed, self.steps)
         directory = self.parameters["demonstration_recorder"]["output_directory"]
-        return toy_robot.write_trajectory(Path(directory), trial)
+        return write_trajectory(Path(directory), trial)
 
 
 class Workplace:

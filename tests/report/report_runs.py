@@ -38,7 +38,7 @@ def summary(joints: tuple[str, ...], iterations: int = 2, horizon: int = 4) -> R
     return RunSummary(
         name="test",
         joints=joints,
-        times=PERIOD * np.arange(horizon + 1),
+        times=PERIOD * np.arange(horizon + 1.0),
         demonstration=positions,
         iterations=tuple(each),
         replay=positions + 0.02,

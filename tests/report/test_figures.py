@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from report_runs import LATE, summary
 
 from irlpilco_ros.report import style
@@ -27,7 +29,7 @@ def panels(figure: Figure) -> dict[str, Axes]:
     return {axes.get_title(loc="left"): axes for axes in figure.axes if axes.axison}
 
 
-def colours(axes: Axes) -> dict[str, np.ndarray]:
+def colours(axes: Axes) -> dict[Any, np.ndarray]:
     return {line.get_color(): np.asarray(line.get_xydata()) for line in axes.lines}
 
 
@@ -62,7 +64,7 @@ def test_band_is_two_standard_deviations_on_either_side() -> None:
     run = summary(("a", "b"))
     axes = panels(position_figure(run, run.last))["b"]
     band = next(item for item in axes.collections if isinstance(item, PolyCollection))
-    corners = band.get_paths()[0].vertices
+    corners = np.asarray(band.get_paths()[0].vertices)
     at_end = corners[np.isclose(corners[:, 0], run.times[-1])]
     assert run.last.prediction is not None
     middle = run.last.prediction[-1, 1]
@@ -138,20 +140,21 @@ def test_weights_are_written_into_their_cells() -> None:
     cells = {text.get_position(): text.get_text() for text in left.texts}
     assert cells == {(0, 0): "0.10", (0, 1): "0.10", (1, 0): "0.20", (1, 1): "0.20"}
     assert [tick.get_text() for tick in left.get_xticklabels()] == ["1", "2"]
-    np.testing.assert_allclose(right.lines[0].get_ydata(), [0.5, 0.25, 0.5 / 3])
+    np.testing.assert_allclose(np.asarray(right.lines[0].get_ydata()), [0.5, 0.25, 0.5 / 3])
 
 
 def test_weights_before_the_first_iteration() -> None:
     left, right = weights_figure(summary(("a", "b"), iterations=0)).axes
     assert not left.axison
-    assert len(right.lines[0].get_ydata()) == 1
+    assert np.size(right.lines[0].get_ydata()) == 1
 
 
 def test_computing_time_is_stacked_and_robot_time_adds_up() -> None:
     left, right = time_figure(summary(("a", "b"))).axes
-    tops = [bar.get_y() + bar.get_height() for bar in left.patches]
+    bars = [patch for patch in left.patches if isinstance(patch, Rectangle)]
+    tops = [bar.get_y() + bar.get_height() for bar in bars]
     np.testing.assert_allclose(tops, [1.5, 3.0, 4.0, 8.0])
-    np.testing.assert_allclose(right.lines[0].get_ydata(), [8.0, 16.0, 24.0])
+    np.testing.assert_allclose(np.asarray(right.lines[0].get_ydata()), [8.0, 16.0, 24.0])
 
 
 def test_figures_name_the_unit_of_the_robot() -> None:
@@ -177,6 +180,10 @@ def test_debris_shows_every_scattering_and_the_means() -> None:
     count = DebrisCount((0, 1), 20, {name: np.array(each) for name, each in counts.items()})
     axes = debris_figure(count).axes[0]
     assert [text.get_text() for text in axes.texts] == ["mean 19.0", "mean 11.5", "mean 19.5"]
-    marked = [list(line.get_ydata()) for line in axes.lines if line.get_marker() in ("s", "D", "o")]
+    marked = [
+        list(np.asarray(line.get_ydata()))
+        for line in axes.lines
+        if line.get_marker() in ("s", "D", "o")
+    ]
     assert marked == list(counts.values())
     assert axes.get_ylim()[1] > 20

@@ -15,14 +15,14 @@ def film(count: int, colour: tuple[int, int, int]) -> Film:
     frames = np.zeros((count, 60, 80, 3), dtype=np.uint8)
     frames[:] = colour
     frames += np.arange(count, dtype=np.uint8)[:, None, None, None]
-    return Film(frames, 0.16 * np.arange(count))
+    return Film(frames, 0.16 * np.arange(float(count)))
 
 
 def test_animation_runs_in_real_time_and_ends_with_a_pause() -> None:
     data = animation(("left", film(11, (200, 0, 0))), ("right", film(11, (0, 0, 200))))
     image = Image.open(io.BytesIO(data))
     durations = []
-    for index in range(image.n_frames):
+    for index in range(getattr(image, "n_frames", 1)):
         image.seek(index)
         image.load()
         durations.append(image.info["duration"])
@@ -39,7 +39,7 @@ def test_films_are_side_by_side() -> None:
 
 def test_shorter_film_ends_both() -> None:
     data = animation(("left", film(5, (200, 0, 0))), ("right", film(3, (0, 0, 200))))
-    assert Image.open(io.BytesIO(data)).n_frames == 3
+    assert getattr(Image.open(io.BytesIO(data)), "n_frames", 1) == 3
 
 
 def test_filmstrip_has_both_films_from_start_to_end() -> None:

@@ -28,8 +28,9 @@ def test_initial_trial_has_no_predicted_error() -> None:
 def test_coverage_counts_what_is_within_two_standard_deviations() -> None:
     run = summary(("a", "b"), horizon=2)
     trial = np.array([[9.0, 9.0], [0.19, 0.21], [-0.19, 0.0]])
-    exact = {"prediction": np.zeros((3, 2)), "deviation": np.full((3, 2), 0.1)}
-    iteration = dataclasses.replace(run.last, trial=trial, **exact)
+    iteration = dataclasses.replace(
+        run.last, trial=trial, prediction=np.zeros((3, 2)), deviation=np.full((3, 2), 0.1)
+    )
     assert run.coverage(iteration) == pytest.approx(3 / 4)
 
 

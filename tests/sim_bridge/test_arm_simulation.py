@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -6,7 +8,7 @@ from sim_bridge.errors import InvalidCommandError
 from sim_bridge.guided_motion import WIPE, load_motion
 
 HOME = [0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4]
-QUIET = {"position_noise": 0.0, "velocity_noise": 0.0}
+QUIET: dict[str, Any] = {"position_noise": 0.0, "velocity_noise": 0.0}
 
 
 def test_the_flange_is_where_the_maker_says():

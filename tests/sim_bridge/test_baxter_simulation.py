@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ STEP = 0.3  # [rad/s]
 ZERO = np.zeros(14)
 
 
-def quiet(**settings: object) -> BaxterSimulation:
+def quiet(**settings: Any) -> BaxterSimulation:
     return BaxterSimulation(SimulationSettings(position_noise=0.0, velocity_noise=0.0, **settings))
 
 

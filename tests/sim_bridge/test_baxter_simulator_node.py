@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -110,7 +111,7 @@ def nonsense() -> list[JointState]:
     return [unknown, nan, short, effort, JointState()]
 
 
-def repeat(stop: threading.Event, publisher: object, velocities: dict[str, float]) -> None:
+def repeat(stop: threading.Event, publisher: Any, velocities: dict[str, float]) -> None:
     while not stop.wait(0.01):
         publisher.publish(joint_command(1, list(velocities), velocities.values()))
 
@@ -221,7 +222,8 @@ def test_broken_physics_stop_the_states_until_reset(
         states = States(ros)
         health = ros.listen(DiagnosticArray, "/diagnostics", 10, publishers=1)
         states.after(0.1)
-        node._simulation.data.qvel[0] = math.nan
+        simulation: Any = node._simulation
+        simulation.data.qvel[0] = math.nan
         ros.wait_for(lambda: is_bad(health.messages), "an error in /diagnostics")
         count = len(states.messages)
         time.sleep(0.1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from irlpilco_ros.learning.errors import InvalidSettingError
 from sim_bridge.guided_motion import SWEEP, GuidedMotion, MinimumJerk, load_motion
 
-MOTIONS = {
+MOTIONS: dict[str, Any] = {
     "sweep": load_motion(),
     "approach": MinimumJerk.within_speed([0.0, 1.0], [0.5, -1.0], speed=0.4),
 }

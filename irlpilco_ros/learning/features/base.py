@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
 
@@ -30,8 +31,12 @@ class Features(Extension, ABC):
         """Return the features' moments at a Gaussian state, and their pullback."""
 
     @classmethod
-    def of_robot(cls, joints: Joints) -> Features:
+    def of_robot(cls, joints: Joints, settings: Any) -> Features:
         """Return the features of a robot with these joints; needed to be chosen by name.
+
+        Args:
+            joints: The robot's joints.
+            settings: An instance of `cls.Settings`.
 
         Raises:
             InvalidSettingError: they do not fit the robot.

@@ -10,6 +10,7 @@ from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.moments.cubature import MeanPullback
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.registry import NoSettings
 
 
 @REGISTRY.register("joints")
@@ -24,7 +25,7 @@ class JointPositions(Features):
     joints: int
 
     @classmethod
-    def of_robot(cls, joints: Joints) -> Features:
+    def of_robot(cls, joints: Joints, settings: NoSettings = NoSettings()) -> Features:  # noqa: B008
         """Return all positions, or sine and cosine of those joints that turn without end."""
         if not joints.continuous:
             return cls(len(joints.names))

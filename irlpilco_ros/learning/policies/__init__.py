@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.policies.acting import check_acts
 from irlpilco_ros.learning.policies.base import REGISTRY, Arrays, Policy, check_names
 from irlpilco_ros.learning.policies.declaration import control_limit, fixed, number, parameter
 from irlpilco_ros.learning.policies.linear import LinearPolicy
@@ -31,6 +33,8 @@ def from_arrays(arrays: Mapping[str, Any]) -> Policy:
     Raises:
         InvalidSettingError: unknown kind, missing or unknown names, wrong shapes, not finite.
     """
+    if "kind" not in arrays:
+        raise InvalidSettingError("a policy needs its kind; it is missing")
     cls = REGISTRY.get(str(arrays["kind"]))
     fields = {name: value for name, value in arrays.items() if name != "kind"}
     check_names(cls, fields)
@@ -45,6 +49,7 @@ __all__ = [
     "OpenLoopPolicy",
     "Policy",
     "RbfPolicy",
+    "check_acts",
     "control_limit",
     "fixed",
     "from_arrays",

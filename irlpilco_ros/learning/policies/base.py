@@ -183,8 +183,29 @@ class Policy(Extension):
             InvalidSettingError: missing or unknown names, wrong lengths or types, not finite.
         """
         check_names(cls, values)
-        shaped = {each.name: with_shape(each, values[each.name], sizes) for each in declared(cls)}
+        known = dict(sizes)
+        shaped = {each.name: with_shape(each, values[each.name], known) for each in declared(cls)}
         return cls(**shaped)
+
+    @classmethod
+    def check_class(cls) -> None:
+        """Check that the class declares what every policy has.
+
+        Raises:
+            InvalidSettingError: says what is missing.
+        """
+        fields = declared(cls)
+        names = {each.name for each in fields}
+        if "control_limit" not in names:
+            raise InvalidSettingError(
+                f"{cls.__qualname__} has no control_limit; declare it: "
+                "control_limit: Array = control_limit()"
+            )
+        if "state_size" not in names and not any("D" in each.shape for each in fields):
+            raise InvalidSettingError(
+                f"no array of {cls.__qualname__} has a size D, so that the number of states is "
+                "unknown; declare it: state_size: int = number(...)"
+            )
 
     def _searched(self) -> list[Declared]:
         return [each for each in declared(type(self)) if each.searched]

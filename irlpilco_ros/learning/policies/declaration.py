@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -46,7 +47,7 @@ class Declared:
         """
         if not self.shape:
             return self._checked_number(owner, value)
-        array = np.array(value, dtype=float)
+        array = _numbers(f"{self.name} of a {owner} policy", value)
         if not fits(array.shape, self.shape, sizes):
             wanted = tuple(sizes.get(symbol, symbol) for symbol in self.shape)
             raise InvalidSettingError(
@@ -67,7 +68,7 @@ class Declared:
     def _checked_number(self, owner: str, value: Any) -> float | int:
         try:
             number = self.kind(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             number = self.kind(0)
             value = repr(value)
         if not np.isfinite(number) or number != value:
@@ -140,15 +141,32 @@ def declared(cls: type[Any]) -> tuple[Declared, ...]:
 
 
 def _declarations(cls: type[Any]) -> Iterator[Declared]:
+    if not dataclasses.is_dataclass(cls):
+        raise InvalidSettingError(f"{cls.__qualname__} is no dataclass, as every policy must be")
     hints = typing.get_type_hints(cls)
+    known = {"F", "D"}
     for field in dataclasses.fields(cls):
         if "shape" not in field.metadata:
             raise InvalidSettingError(
                 f"the field {field.name} of {cls.__qualname__} is not declared; make it with "
                 "parameter(), fixed() or number()"
             )
+        shape = field.metadata["shape"]
+        if len([symbol for symbol in shape if symbol not in known]) > 1:
+            raise InvalidSettingError(
+                f"the shape {' '.join(shape)} of {cls.__qualname__}.{field.name} has two sizes "
+                "that are new; in a flat list of numbers only one of them can be told"
+            )
+        known.update(shape)
         kind = int if hints[field.name] is int else float
         yield Declared(name=field.name, kind=kind, **field.metadata)
+
+
+def _numbers(name: str, value: Any) -> Array:
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidSettingError(f"{name} holds something else than numbers") from None
 
 
 def fits(have: tuple[int, ...], shape: tuple[str, ...], sizes: Mapping[str, int]) -> bool:
@@ -158,29 +176,30 @@ def fits(have: tuple[int, ...], shape: tuple[str, ...], sizes: Mapping[str, int]
     return all(sizes.get(symbol, size) == size for symbol, size in zip(shape, have, strict=True))
 
 
-def with_shape(field: Declared, value: Any, sizes: Mapping[str, int]) -> Any:
+def with_shape(field: Declared, value: Any, sizes: dict[str, int]) -> Any:
     """Return a flat list of numbers as an array of a field's shape; a number as it is.
 
     Args:
         field: What the list is of.
         value: The list.
-        sizes: The numbers of controls F and of state dimensions D.
+        sizes: The numbers of controls F and of state dimensions D, and what else is known; learns
+            of the symbol that the list's length tells.
 
     Raises:
         InvalidSettingError: it holds something else than numbers, or has a wrong length.
     """
     if not field.shape:
         return value
-    try:
-        flat = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidSettingError(f"{field.name} holds something else than numbers") from None
-    unknown = next((symbol for symbol in field.shape if symbol not in sizes), field.shape[-1])
-    wanted = [-1 if symbol == unknown else sizes[symbol] for symbol in field.shape]
-    known = -int(np.prod(wanted))
-    if flat.size == 0 or known == 0 or flat.size % known:
+    flat = _numbers(field.name, value)
+    free = next((symbol for symbol in field.shape if symbol not in sizes), None)
+    known = math.prod(sizes[symbol] for symbol in field.shape if symbol != free)
+    rows = flat.size // known if known else 0
+    if rows == 0 or flat.size != rows * known or (free is None and rows != 1):
+        given = "".join(f", {each} = {sizes[each]}" for each in field.shape if each != free)
         raise InvalidSettingError(
-            f"{field.name} has {flat.size} values, which make no array of shape "
-            f"({', '.join(field.shape)}) for {sizes['F']} controls and {sizes['D']} states"
+            f"{field.name} has {flat.size} values; expected "
+            f"{'a multiple of ' if free else ''}{known} (shape {' x '.join(field.shape)}{given})"
         )
-    return flat.reshape(wanted)
+    if free is not None:
+        sizes[free] = rows
+    return flat.reshape([sizes[symbol] for symbol in field.shape])

@@ -11,7 +11,7 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, ParameterP
 from irlpilco_ros.learning.moments.trigonometric import sine_cosine_moments
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 InputPullback = Callable[[Array, Array, Array], tuple[Array, Array, Array]]
 """(mean_bar (P,), covariance_bar (P, P), with_state_bar (D, P)) ->

@@ -17,7 +17,7 @@ from irlpilco_ros.learning.prediction.predicted_trajectory import (
     PredictedTrajectory,
     predict_trajectory,
 )
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 _MET_SPREAD = 0.05
 """How far a policy's states are taken to stray from the predicted ones [rad, rad/s]."""

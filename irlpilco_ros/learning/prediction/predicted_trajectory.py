@@ -19,7 +19,7 @@ from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximatio
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.model_input import ModelInput, model_input
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 
 class Dynamics(Protocol):

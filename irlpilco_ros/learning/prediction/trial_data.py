@@ -10,8 +10,8 @@ from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
-from irlpilco_ros.learning.prediction.state_layout import StateLayout
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.state_layout import StateLayout
 
 _COLD_EVALUATIONS, _WARM_EVALUATIONS = 300, 40
 """Of the evidence, for each output: a warm start goes on where the last iteration stopped."""

@@ -9,7 +9,7 @@ import numpy as np
 from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.learning import LearningSettings, Task
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.policies.initial_policy import initial_policy, open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import initial_policy, open_loop_policy
 
 
 @dataclass(frozen=True)

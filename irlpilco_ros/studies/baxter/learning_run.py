@@ -11,10 +11,9 @@ import numpy as np
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
-from irlpilco_ros.learning.features import REGISTRY
 from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.policies import Arrays, Policy, from_arrays
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
@@ -89,9 +88,8 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
 
 def sweep_task(shown: Rollout, features: str = "joints") -> Task:
     """Return the task of imitating a sweep that was shown, by features of this name."""
-    robot = baxter()
-    compared = REGISTRY.get(features).of_robot(robot.roles)
-    return Task((shown,), robot.control_period, robot.control_limit, compared)
+    robot = dataclasses.replace(baxter(), features=features)
+    return Task((shown,), robot.control_period, robot.control_limit, robot.feature_map)
 
 
 def baxter() -> RobotSettings:

@@ -12,7 +12,7 @@ from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import LearningSettings, Rollout, Task, apprenticeship, judge
-from irlpilco_ros.learning.policies.initial_policy import open_loop_policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter.robots import FASTEST, MISCALIBRATED_LAG, SLOWEST
 from irlpilco_ros.studies.job import Job, Result

@@ -9,7 +9,7 @@ import numpy as np
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy, control_limit, number, parameter
 from irlpilco_ros.learning.policies.linear import affine_moments
-from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning.settings import setting
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,6 @@ class PolynomialPolicy(Policy):
     @dataclass(frozen=True)
     class Settings:
         degree: int = setting(3, "Degree of the polynomial in time.", minimum=0, maximum=9)
-
-        def __post_init__(self) -> None:
-            check(self)
 
     weights: Array = parameter("F D", "Gain of each joint's control on each state dimension.")
     coefficients: Array = parameter("F K", "Coefficients of the feed-forward, constant first.")

@@ -16,9 +16,9 @@ from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.policies.initial_policy import fit_policy, policy_limit
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.model_input import extended_state
+from irlpilco_ros.learning.starts.initial_policy import fit_policy, policy_limit
 from irlpilco_ros.learning.task import Task
 
 _STEPS = 8  # of Gauss-Newton; controls enter most dynamics almost linearly
