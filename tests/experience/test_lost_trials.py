@@ -86,7 +86,7 @@ def test_an_unreadable_bag_is_set_aside_and_told_and_the_run_goes_on(copy, reope
 
 def write_like(bag):
     """A trial's bag under this name, whole."""
-    made = toy_robot.write_trajectory(bag.parent, toy_robot.demonstrated())
+    made = toy_robot.record_demonstration(bag.parent)
     assert made == bag
     return bag
 

@@ -10,6 +10,7 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType
+from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import CompressionMode, Reader, StoragePlugin
 
 from irlpilco_ros.experience.bag_reader import read_bag, read_messages, read_recording
@@ -88,6 +89,7 @@ def test_schemas_attachments_and_metadata_records_are_kept(tmp_path):
     with Reader(new) as reader:
         (connection,) = reader.connections
         assert connection.msgdef.format.name == "IDL"
+        assert isinstance(connection.ext, ConnectionExtRosbag2)
         assert connection.ext.offered_qos_profiles[0].depth == 7
         assert reader.message_count == 17
 
