@@ -154,7 +154,7 @@ def test_a_topic_of_joint_states_is_chosen_for_the_run_and_stays_chosen(
     assert (tmp_path / "out" / policy).read_bytes() == (recorded / policy).read_bytes()
     with pytest.raises(RunDirectoryError, match="joint_states_topic"):
         Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS)
-    topic = "/left/joint_states"
-    run = Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS, topic)
+    left = "/left/joint_states"
+    run = Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS, left)
     assert run.next_index == 2
     run.close()

@@ -223,11 +223,12 @@ with Path(sys.argv[1]).open("wb") as stream:
     subprocess.run([sys.executable, "-c", store_script, str(file)], check=True, cwd=_HERE)
     assert file.stat().st_size > 150e6
     read = """
-import resource, sys
+import sys
 from pathlib import Path
 from irlpilco_ros.experience.inspect import inspect
 assert "151 over" in inspect(Path(sys.argv[1]))
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+(peak,) = (line for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(peak.split()[1])
 """
     run = [sys.executable, "-c", read, str(file)]
     peak = int(subprocess.run(run, check=True, capture_output=True, text=True).stdout)
