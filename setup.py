@@ -29,15 +29,17 @@ setup(
     install_requires=[
         "jinja2>=3.1",
         "joblib>=1.4",
+        "lz4",
         "matplotlib",
         "mcap>=1.2",
         "mujoco>=4.0",
         "numpy>=1.26",
         "pyyaml",
-        "rosbags>=0.10",
+        "rosbags>=0.11",
         "scipy>=1.14",
         "threadpoolctl>=3.8",
         "tqdm",
+        "zstandard",
     ],
     extras_require={"dask": ["distributed"]},  # irlpilco study --dask
     entry_points={

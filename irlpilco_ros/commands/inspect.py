@@ -1,4 +1,4 @@
-"""`irlpilco inspect`: what is in a bag."""
+"""`irlpilco inspect`: what is in a bag, or in the bags of a run."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from irlpilco_ros.commands.bag_topic import add_topic_argument
+
 EPILOG = """\
 It shows the recorded joints, the number of samples and commands, the time between samples and
 what is missing. A bag that was torn off by a crash is read up to the tear; the bag is only read.
+Of a run, or another folder of bags, it shows a line for each bag.
 
 examples:
   irlpilco inspect runs/demo/trials/000      a bag is a folder
   irlpilco inspect runs/demo/trials/000/000_0.mcap
+  irlpilco inspect runs/demo                 all bags of a run
 """
 
 
@@ -25,7 +29,8 @@ def add_parser(subparsers: Any) -> None:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("bag", type=Path, metavar="BAG", help="the bag's folder or .mcap file")
+    parser.add_argument("bag", type=Path, metavar="BAG", help="the bag's folder or file, or a run")
+    add_topic_argument(parser)
     parser.set_defaults(run=run)
 
 
@@ -33,5 +38,5 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the summary of the bag."""
     from irlpilco_ros.experience.inspect import inspect
 
-    print(inspect(arguments.bag))
+    print(inspect(arguments.bag, arguments.joint_states_topic))
     return 0

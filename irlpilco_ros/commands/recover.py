@@ -8,8 +8,9 @@ from typing import Any
 
 EPILOG = """\
 A recorder that is killed leaves a bag without metadata.yaml and perhaps half a message at its end.
-Every sample before the tear is copied into a new bag beside it, 003.recovered for 003; the torn
-bag stays as it is.
+Everything that is sound is written into a new bag beside it, 003.recovered for 003: messages,
+schemas, attachments and metadata records as they were. The old bag stays as it is, and nothing is
+ever overwritten.
 
 examples:
   irlpilco recover runs/demo/trials/003
@@ -26,7 +27,7 @@ def add_parser(subparsers: Any) -> None:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("bag", type=Path, metavar="BAG", help="the torn bag's folder or .mcap file")
+    parser.add_argument("bag", type=Path, metavar="BAG", help="the torn bag's folder or file")
     parser.set_defaults(run=run)
 
 
@@ -34,5 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Recover the bag and print where the new one is."""
     from irlpilco_ros.experience.recovery import recover
 
-    print(f"recovered: {recover(arguments.bag)}")
+    done = recover(arguments.bag)
+    for note in done.notes:
+        print(f"found: {note}")
+    print(f"recovered: {done.path}, {done.messages} messages")
     return 0

@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import os
 import shutil
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from irlpilco_ros.commands import metrics_table
+from irlpilco_ros.commands.bag_topic import add_topic_argument
 from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
 from irlpilco_ros.commands.terminal import ProgressDisplay
 from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
+from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.experience.trials import numbered_bags
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
 EPILOG = """\
 It computes what the learner node computes when the robot has just done these trials: for each of
 them the cost weights, the dynamics model and the policy of the next one. The same bags and
-settings give the same policies, bit for bit. Bags that hold no whole trial are passed over.
+settings give the same policies, bit for bit. Trials come in the natural order of their names,
+whatever these are (1, 2, 10, take_a). Bags that hold no whole trial are named and passed over.
 
 OUT, which must be new, becomes a run directory with copies of the bags; if it fails nothing is
 left of it. `irlpilco report OUT` shows it, a learner
@@ -50,7 +54,7 @@ def add_parser(subparsers: Any) -> None:
         type=Path,
         required=True,
         metavar="BAG",
-        help="bag to imitate, or folder of several bags NNN that show the same task",
+        help="bag to imitate, or folder of several bags that show the same task",
     )
     parser.add_argument(
         "--trials", type=Path, required=True, metavar="DIR", help="folder of the trials' bags"
@@ -62,6 +66,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="OUT",
         help="where the result goes; must be new (default: runs/train)",
     )
+    add_topic_argument(parser)
     add_settings_arguments(parser)
     parser.set_defaults(run=run)
 
@@ -69,8 +74,8 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Learn from all trials, one after the other, and print a row for each."""
     robot, settings = read_settings(arguments)
-    bags = whole_trials(arguments.trials, robot)
-    if arguments.run_directory.exists():
+    bags = whole_trials(arguments.trials, robot, arguments.joint_states_topic)
+    if os.path.lexists(arguments.run_directory):
         raise RunDirectoryError(
             f"{arguments.run_directory} exists already; name a new folder with --run-directory"
         )
@@ -92,14 +97,18 @@ def learn(
 ) -> Path:
     """Make the run directory from the bags, and return the file of the next trial's policy."""
     learning = Apprenticeship.open(
-        arguments.run_directory, arguments.demonstration, robot, settings
+        arguments.run_directory,
+        arguments.demonstration,
+        robot,
+        settings,
+        arguments.joint_states_topic,
     )
     try:
         print(metrics_table.header(), flush=True)
-        for bag in bags:
+        for name, bag in numbers(bags).items():
             prepare(learning)
-            copy = learning.directory.trials_directory / bag.name
-            shutil.copytree(bag, copy)
+            copy = learning.directory.trials_directory / name
+            copy_bag(bag, copy)
             report = learning.finish(copy)
             print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
         plan = prepare(learning)
@@ -108,23 +117,34 @@ def learn(
         learning.close()
 
 
-def whole_trials(folder: Path, robot: RobotSettings) -> list[Path]:
-    """Return the bags in a folder that hold a whole trial, in order.
+def whole_trials(folder: Path, robot: RobotSettings, topic: str = "") -> list[Path]:
+    """Return the bags in a folder that hold a whole trial, in order; say what is passed over.
 
     Raises:
         BagError: there is none; the message says what is wrong with those that are there.
     """
     whole, reasons = [], []
-    for _, bag in numbered_bags(folder):
+    for bag in bags_in(folder):
         try:
-            read_bag(bag).rollout(robot.roles, robot.horizon)
+            read_bag(bag, topic, robot.joints).rollout(robot.roles, robot.horizon)
         except BagError as error:
             reasons.append(f"{bag.name}: {error}")
         else:
             whole.append(bag)
     if not whole:
-        raise BagError(f"no whole trial in {folder}; {'; '.join(reasons) or 'it has no bags NNN'}")
+        raise BagError(f"no whole trial in {folder}; {'; '.join(reasons) or 'it has no bags'}")
+    for reason in reasons:
+        print(f"passed over: {reason}", file=sys.stderr)
     return whole
+
+
+def numbers(bags: Sequence[Path]) -> dict[str, Path]:
+    """Return bags by the names NNN that they have, or get in their order if one has another."""
+    if all(bag.name.isdecimal() and bag_number(bag) >= 0 for bag in bags):
+        return {bag.name: bag for bag in bags}
+    for number, bag in enumerate(bags):
+        print(f"{bag.name} is trial {number:03d}")
+    return {f"{number:03d}": bag for number, bag in enumerate(bags)}
 
 
 def prepare(learning: Apprenticeship) -> Plan:

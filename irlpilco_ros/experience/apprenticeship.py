@@ -8,6 +8,7 @@ Neither the robot nor ROS is in here: the learner node runs the trials between `
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +17,12 @@ from typing import Any, Self
 import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
-from irlpilco_ros.experience.bag_reader import read_bag
-from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.errors import (
+    BagError,
+    IncompleteTrialError,
+    RunDirectoryError,
+    UnreadableBagError,
+)
 from irlpilco_ros.experience.metrics import MetricsRow
 from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
@@ -112,9 +117,13 @@ def joint_rmse(task: Task, trial: Rollout, robot: RobotSettings) -> float:
     return float(np.sqrt(np.mean(off**2)))
 
 
-def configuration(robot: RobotSettings, settings: LearningSettings) -> dict[str, Any]:
+def configuration(
+    robot: RobotSettings, settings: LearningSettings, topic: str = ""
+) -> dict[str, Any]:
     """Return everything that the results of a run depend on, but for demonstration and trials."""
     values = {**values_of(robot), **values_of(settings)}
+    if topic:
+        values["joint_states_topic"] = topic
     return {key: value for key, value in values.items() if key not in WITHOUT_EFFECT}
 
 
@@ -124,6 +133,7 @@ class Apprenticeship:
     Attributes:
         directory: The run directory, claimed for writing.
         task: The learning problem.
+        notes: What its user should know of bags that could not be read.
     """
 
     def __init__(
@@ -134,6 +144,7 @@ class Apprenticeship:
         self.task = task_of(directory.demonstrations(), robot)
         self._robot = robot
         self._settings = settings
+        self.notes: tuple[str, ...] = ()
         trials = self._rollouts()
         self._loop = LearningLoop(self.task, settings, trials, self._last(len(trials)))
 
@@ -144,6 +155,7 @@ class Apprenticeship:
         demonstration: Path | None,
         robot: RobotSettings,
         settings: LearningSettings,
+        topic: str = "",
     ) -> Self:
         """Begin a run, or go on with the one in this directory.
 
@@ -153,6 +165,7 @@ class Apprenticeship:
                 None for what the run directory holds.
             robot: The robot.
             settings: How to learn.
+            topic: Which topic of joint states to take of bags where several tell the same joints.
 
         Raises:
             RunDirectoryError: no demonstration, or the run was begun with another one or with
@@ -161,7 +174,7 @@ class Apprenticeship:
         """
         directory = RunDirectory(path)
         source = demonstration or directory.demonstration_directory
-        if not source.exists():
+        if not os.path.exists(source):
             if demonstration is not None:
                 raise RunDirectoryError(
                     f"the demonstration {demonstration} is not there; name the bag of a recorded "
@@ -171,7 +184,7 @@ class Apprenticeship:
                 f"{path} has no demonstration yet; set the learner's parameter `demonstration` "
                 "to the bag of a recorded demonstration"
             )
-        directory.claim(configuration(robot, settings), source)
+        directory.claim(configuration(robot, settings, topic), source)
         try:
             run = cls(directory, robot, settings)
             run._judge_the_unjudged()
@@ -209,8 +222,10 @@ class Apprenticeship:
             IncompleteTrialError: the bag holds no whole trial; it stays, and the trial of this
                 iteration is still to be done.
         """
-        trial = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
-        return self._take(trial, bag_number(bag))
+        report = self._take(self._read(bag), bag_number(bag))
+        if self.next_index in self.directory.iterations():  # a trial that was lost is done again
+            self._judge_the_unjudged()
+        return report
 
     def replay_parameters(self) -> dict[str, Any]:
         """Return what the controller needs to replay the demonstration's own speeds."""
@@ -222,7 +237,7 @@ class Apprenticeship:
         Raises:
             IncompleteTrialError: the bag holds no whole trial.
         """
-        rollout = read_bag(bag).rollout(self._robot.roles, self._robot.horizon)
+        rollout = self._read(bag)
         off, mse = joint_rmse(self.task, rollout, self._robot), judge(self.task, rollout).mse
         nan = math.nan
         row = MetricsRow(None, bag_number(bag), off, mse, nan, nan, 0.0, 0.0, 0.0)
@@ -251,24 +266,44 @@ class Apprenticeship:
         }
         return {**robot, **start}
 
+    def _read(self, bag: Path) -> Rollout:
+        return self.directory.read_trial(bag, self._robot.roles, self._robot.horizon)
+
     def _rollouts(self) -> list[Rollout]:
-        """Return the trials that have been judged, in order."""
-        return [
-            read_bag(self.directory.trials_directory / f"{row.trial:03d}").rollout(
-                self._robot.roles, self._robot.horizon
-            )
-            for row in self.directory.metrics()
-        ]
+        """Return the trials that have been judged, in order, up to the first that is lost."""
+        rollouts: list[Rollout] = []
+        for row in self.directory.metrics():
+            bag = self.directory.trials_directory / f"{row.trial:03d}"
+            try:
+                rollouts.append(self._read(bag))
+            except (UnreadableBagError, IncompleteTrialError) as error:
+                kept = self.directory.withdraw(len(rollouts))
+                note = f"the trial of iteration {len(rollouts)} is lost, and is to be done again"
+                self.notes += (f"{note}: {error} (metrics.csv as it was: {kept.name})",)
+                break
+        return rollouts
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        trials = self.directory.trials(self._robot.roles, self._robot.horizon)
-        while (trial := trials.get(self.next_index)) is not None:
+        robot = self._robot
+        search = self.directory.search_trials(robot.roles, robot.horizon, self.next_index)
+        for bag, error in search.wrong.items():
+            self.notes += (self._pass_over(bag, error),)
+        while (trial := search.trials.get(self.next_index)) is not None:
             if self.next_index == 0:
                 self._loop.last = Iteration(0, self.directory.read_policy(0))
             else:
                 self._loop.last = self.directory.read_iteration(self.next_index)
             self._take(trial.rollout, trial.number)
+        if self.next_index in self.directory.iterations():
+            self._loop.last = self.directory.read_iteration(self.next_index)
+
+    def _pass_over(self, bag: Path, error: BagError) -> str:
+        """Return what to say of a bag without a whole trial; set it aside if it is unreadable."""
+        if isinstance(error, UnreadableBagError):
+            aside = self.directory.set_aside(bag)
+            return f"{bag.name} cannot be read, and is now called {aside.name}: {error}"
+        return f"{bag.name} is passed over: {error}"
 
     def _take(self, trial: Rollout, number: int) -> TrialReport:
         """Judge a trial, write its row and go on from it."""

@@ -1,33 +1,27 @@
-"""Bags read back, whole or torn: raw messages first, then the trajectory that they hold."""
+"""Bags read back, whole or torn, in one walk: what they hold, and the trajectory in it.
+
+Messages of other types than JointState are counted and forgotten, so that a bag with images needs
+no more memory than one without.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
-import numpy as np
-import yaml
-from mcap.records import Channel, McapRecord, Message, Metadata, Schema
-
-from irlpilco_ros.experience.bag_files import METADATA, mcap_files
-from irlpilco_ros.experience.bag_message import CUSTOM_RECORD, BagMessage, BagTopic
-from irlpilco_ros.experience.errors import BagError
-from irlpilco_ros.experience.joint_state_cdr import (
-    JOINT_STATE,
-    NANOSECONDS,
-    JointStateMessage,
-    decode,
-)
-from irlpilco_ros.experience.torn_mcap import read_mcap
+from irlpilco_ros.experience.bag_files import storage_files
+from irlpilco_ros.experience.bag_joint_states import JointStateColumns
+from irlpilco_ros.experience.bag_message import BagMessage, BagTopic, recorded_joints
+from irlpilco_ros.experience.bag_metadata import Metadata, read_metadata
+from irlpilco_ros.experience.bag_storage import StorageScan
+from irlpilco_ros.experience.bag_trajectory import Topics, build_trajectory
+from irlpilco_ros.experience.errors import BagError, UnreadableBagError
+from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, decode, decode_ros1
 from irlpilco_ros.experience.trajectory import Trajectory
-
-JOINTS = "joints"
-"""Key of the recorded joints in a bag's custom data, separated by commas."""
-
-_RESET = NANOSECONDS  # stamps that jump back by more than this are another clock's [ns]
 
 
 @dataclass(frozen=True)
@@ -36,101 +30,154 @@ class Recording:
 
     Attributes:
         path: The bag.
-        messages: All whole messages, in order of writing.
-        custom: What the recorder knew from the start.
-        torn_at: Bytes of the last file after which it is torn, or None.
-        has_metadata: Whether metadata.yaml is there, which is written last.
+        counts: Number of messages of each topic.
+        first: Time of the first message [ns], wall clock.
+        last: Time of the last message [ns], wall clock.
+        joint_states: The JointStates of each topic that has any.
+        custom: What else the recorder left.
+        torn: Where the bag is torn off, or why it counts as not closed; the rest is there.
+        damage: What cannot be read between what can.
+        metadata_problem: What is wrong with metadata.yaml, which is written last.
+        unverified: Number of messages that are whole, but whose checksum is not there.
     """
 
     path: Path
-    messages: tuple[BagMessage, ...]
+    counts: Mapping[BagTopic, int]
+    first: int
+    last: int
+    joint_states: Mapping[str, JointStateColumns]
     custom: Mapping[str, str]
-    torn_at: int | None
-    has_metadata: bool
+    torn: tuple[str, ...] = ()
+    damage: tuple[str, ...] = ()
+    metadata_problem: str = ""
+    unverified: int = 0
 
     @property
     def whole(self) -> bool:
         """Whether the bag was closed in good order, so that every tool reads it."""
-        return self.torn_at is None and self.has_metadata
+        return not (self.torn or self.damage or self.metadata_problem)
 
-    def of_topic(self, name: str) -> list[BagMessage]:
-        """Return the JointStates of the one topic whose name ends in `name`.
+    @property
+    def message_count(self) -> int:
+        """Number of messages, of whatever type."""
+        return sum(self.counts.values())
 
-        Raises:
-            BagError: several topics end so.
-        """
-        found = [
-            message
-            for message in self.messages
-            if message.topic.message_type == JOINT_STATE
-            and message.topic.name.rsplit("/", 1)[-1] == name
-        ]
-        topics = sorted({message.topic.name for message in found})
-        if len(topics) > 1:
-            raise BagError(f"{self.path} has several topics {name}: {', '.join(topics)}")
-        return found
+    def trajectory(self, topic: str = "", joints: Sequence[str] = ()) -> Trajectory:
+        """Return the trajectory in it; arguments and errors as `read_bag`."""
+        if self.damage:
+            raise UnreadableBagError(
+                f"{'; '.join(self.damage)}: what it shows is not what was recorded. irlpilco "
+                "recover makes a bag of what is sound"
+            )
+        if not self.counts:
+            raise UnreadableBagError(f"{self.path} holds no messages")
+        others = tuple(
+            f"{each.name} ({each.message_type or 'of no type'})"
+            for each in self.counts
+            if each.message_type != JOINT_STATE
+        )
+        topics = Topics(self.path, self.joint_states, recorded_joints(self.custom), others)
+        return build_trajectory(topics, topic, joints)
 
 
 def read_recording(path: Path) -> Recording:
     """Return everything that can be read of a bag, which may be torn.
 
     Args:
-        path: The bag's folder or its .mcap file.
+        path: The bag's folder or its only file.
 
     Raises:
         BagError: there is no bag, or it is none that can be read.
     """
-    messages: list[BagMessage] = []
+    bag = open_bag(path)
+    columns: dict[str, JointStateColumns] = {}
+    place = 0
+    for scan in bag.scans:
+        for message in scan.messages():
+            _take(columns.setdefault(message.topic.name, JointStateColumns()), place, message)
+            place += 1
+    counts: Counter[BagTopic] = Counter()
     custom: dict[str, str] = {}
-    torn_at: int | None = None
-    files = mcap_files(path)
-    for file in files:
-        content = read_mcap(file)
-        messages.extend(_messages(content.records))
-        for record in content.records:
-            if isinstance(record, Metadata) and record.name == CUSTOM_RECORD:
-                custom.update(record.metadata)
-        torn_at = content.torn_at
-    has_metadata = (files[0].parent / METADATA).exists()
-    return Recording(path, tuple(messages), custom, torn_at, has_metadata)
+    for scan in bag.scans:
+        counts.update(scan.counts)
+        custom.update(scan.custom)
+    filled = [scan for scan in bag.scans if scan.counts]
+    return Recording(
+        path=path,
+        counts=counts,
+        first=min((scan.first for scan in filled), default=0),
+        last=max((scan.last for scan in filled), default=0),
+        joint_states=columns,
+        custom={**(bag.metadata.custom or {}), **custom},
+        torn=tuple(tear for scan in bag.scans for tear in scan.tears),
+        damage=tuple(filter(None, [bag.lacking, *(d for scan in bag.scans for d in scan.damage)])),
+        metadata_problem="" if _is_ros1(bag) else bag.metadata.problem,
+        unverified=sum(scan.unverified for scan in bag.scans),
+    )
 
 
-def read_bag(path: Path) -> Trajectory:
-    """Return the trajectory that a bag holds, whole or torn.
+@dataclass(frozen=True)
+class OpenBag:
+    """The files of a bag, before anything is read of them.
 
-    A sample is a joint state of all recorded joints, with the command that bears the same header
-    stamp if there is one. Messages of one sample, where a robot tells its joints in several, bear
-    the same log time.
+    Attributes:
+        metadata: What metadata.yaml says.
+        scans: A walk for each file, in order of recording.
+        lacking: What says that files are missing; empty if none is.
+    """
 
-    Args:
-        path: The bag's folder or its .mcap file.
+    metadata: Metadata
+    scans: tuple[StorageScan, ...]
+    lacking: str = ""
+
+
+def open_bag(path: Path) -> OpenBag:
+    """Return a walk for each file of a bag, in the order of metadata.yaml or else of their names.
 
     Raises:
-        BagError: there is no bag, it cannot be read, or its joint states make no trajectory.
+        BagError: there is no bag.
     """
-    return trajectory(read_recording(path))
+    files = storage_files(path)
+    metadata = read_metadata(files[0].parent)
+    if path == files[0] or not metadata.files:
+        return OpenBag(metadata, tuple(map(StorageScan, files)))
+    there = {file.name: file for file in files}
+    absent = [name for name in metadata.files if name not in there]
+    if not absent:
+        return OpenBag(metadata, tuple(StorageScan(there[name]) for name in metadata.files))
+    lacking = f"{path} lacks {', '.join(absent)}, which its metadata.yaml names"
+    if len(files) == len(metadata.files):  # renamed
+        metadata, lacking = dataclasses.replace(metadata, problem=lacking), ""
+    return OpenBag(metadata, tuple(map(StorageScan, files)), lacking)
 
 
-def trajectory(recording: Recording) -> Trajectory:
-    """Return the trajectory in a recording; errors as `read_bag`."""
-    commands = [decode(message.data) for message in recording.of_topic("joint_command")]
-    received = [(m.log_time, decode(m.data)) for m in recording.of_topic("joint_states")]
-    joints = _joints(recording, commands, [message for _, message in received])
-    states = _states(recording.path, joints, received)
-    decided: dict[int, np.ndarray] = {}
-    for command in commands:
-        decided.setdefault(command.stamp, _by_name(joints, command.names, command.command))
-    stamps = sorted({*states, *decided})
-    blank = np.full((2, len(joints)), np.nan)
-    values = np.array([states.get(stamp, blank) for stamp in stamps]).reshape(-1, 2, len(joints))
-    controls = [decided.get(stamp, blank[0]) for stamp in stamps]
-    return Trajectory(
-        joint_names=joints,
-        stamps=np.array(stamps, dtype=np.int64) / NANOSECONDS,
-        positions=values[:, 0],
-        velocities=values[:, 1],
-        commands=np.array(controls).reshape(-1, len(joints)),
-    )
+def read_bag(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Trajectory:
+    """Return the trajectory that a bag holds, whole or torn.
+
+    A sample is a joint state of all joints, with the command that bears the same header stamp if
+    there is one. Where several messages or topics tell the joints between them, they are merged.
+    Velocities are NaN where none are told.
+
+    Args:
+        path: The bag's folder or its only file.
+        topic: Which topic of joint states to take, where several tell the same joints.
+        joints: Joints that make a sample, if the recorder left no word; empty for all.
+
+    Raises:
+        BagError: there is no bag, it cannot be read or is damaged, or its joint states make no
+            trajectory.
+    """
+    return read_recording(path).trajectory(topic, joints)
+
+
+def read_messages(path: Path) -> Iterator[BagMessage]:
+    """Yield all messages of a bag, file by file.
+
+    Raises:
+        BagError: as `read_recording`.
+    """
+    for scan in open_bag(path).scans:
+        yield from scan.messages(only_joint_states=False)
 
 
 def messages_digest(path: Path) -> str:
@@ -140,78 +187,21 @@ def messages_digest(path: Path) -> str:
         BagError: as `read_recording`.
     """
     digest = hashlib.sha256()
-    for message in read_recording(path).messages:
+    for message in read_messages(path):
         digest.update(f"{message.topic.name} {message.log_time} {len(message.data)}\n".encode())
         digest.update(message.data)
     return digest.hexdigest()
 
 
-def _messages(records: tuple[McapRecord, ...]) -> list[BagMessage]:
-    schemas: dict[int, Schema] = {}
-    topics: dict[int, BagTopic] = {}
-    messages = []
-    for record in records:
-        if isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel):
-            topics[record.id] = _topic(record, schemas[record.schema_id])
-        elif isinstance(record, Message):
-            topic = topics[record.channel_id]
-            messages.append(BagMessage(topic, record.data, record.log_time, record.publish_time))
-    return messages
+def _is_ros1(bag: OpenBag) -> bool:
+    """Whether this is a bag of ROS 1, which has no metadata.yaml."""
+    return all(scan.path.suffix == ".bag" for scan in bag.scans)
 
 
-def _topic(channel: Channel, schema: Schema) -> BagTopic:
-    profiles = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or []
-    return BagTopic(
-        channel.topic,
-        schema.name,
-        schema.data.decode(),
-        channel.metadata.get("topic_type_hash", ""),
-        tuple(profiles),
-    )
-
-
-def _joints(
-    recording: Recording, commands: list[JointStateMessage], states: list[JointStateMessage]
-) -> tuple[str, ...]:
-    """Return the recorded joints: as the recorder says, else all that are told or commanded."""
-    if recording.custom.get(JOINTS):
-        return tuple(recording.custom[JOINTS].split(","))
-    sources = commands or [max(states, key=lambda message: len(message.names))] if states else []
-    return tuple(dict.fromkeys(name for message in sources for name in message.names))
-
-
-def _states(
-    path: Path, joints: tuple[str, ...], received: list[tuple[int, JointStateMessage]]
-) -> dict[int, np.ndarray]:
-    """Return positions and velocities (2, J) by stamp, of every sample that tells all joints."""
-    states: dict[int, np.ndarray] = {}
-    newest = None
-    for _, group in groupby(received, key=lambda entry: entry[0]):
-        parts = [message for _, message in group]
-        merged = np.full((2, len(joints)), np.nan)
-        for part in parts:
-            told = [
-                _by_name(joints, part.names, values) for values in (part.positions, part.velocities)
-            ]
-            merged = np.where(np.isnan(told), merged, told)
-        stamp = parts[-1].stamp
-        if np.isnan(merged).any() or not joints:
-            continue
-        if newest is not None and stamp < newest - _RESET:
-            raise BagError(
-                f"the stamps in {path} jump back from {newest / NANOSECONDS:.3f} s to "
-                f"{stamp / NANOSECONDS:.3f} s: the robot's clock was reset while recording"
-            )
-        newest = stamp
-        states.setdefault(stamp, merged)
-    return states
-
-
-def _by_name(
-    joints: tuple[str, ...], names: tuple[str, ...], values: tuple[float, ...]
-) -> np.ndarray:
-    """Return the values of the joints, NaN where a message does not tell."""
-    told = dict(zip(names, values, strict=True)) if len(names) == len(values) else {}
-    return np.array([told.get(joint, np.nan) for joint in joints])
+def _take(columns: JointStateColumns, place: int, message: BagMessage) -> None:
+    """Add a message; one that is no JointState is remembered, for it may not be asked for."""
+    try:
+        read = decode_ros1 if message.topic.encoding == "ros1" else decode
+        columns.append(place, read(message.data))
+    except BagError as error:
+        columns.malformed = columns.malformed or f"message {len(columns) + 1}: {error}"

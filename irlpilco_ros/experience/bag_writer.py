@@ -6,33 +6,42 @@ offered quality of service and the type's hash with each channel, metadata.yaml 
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import yaml
 from mcap.writer import CompressionType, Writer
 
-from irlpilco_ros.experience.bag_files import METADATA, make_folder, make_numbered_folder
+from irlpilco_ros.experience.bag_files import (
+    METADATA,
+    make_hidden_folder,
+    next_number,
+    publish,
+)
 from irlpilco_ros.experience.bag_message import CUSTOM_RECORD, BagMessage, BagTopic
-from irlpilco_ros.experience.durable import sync_directory, write_atomically
-from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.bag_metadata import FileContent, bag_information, metadata_text
+from irlpilco_ros.experience.durable import write_atomically
+from irlpilco_ros.experience.errors import BagError, FileError
 
 
 class DurableBagWriter:
     """Writes one bag, message by message; each is on disk when `append` returns.
 
-    A bag that was never closed, because the process was killed, lacks metadata.yaml and MCAP's
-    index; all its messages are there, and `recover` makes a whole bag of it. It is a context
-    manager that closes the bag at its end.
+    The bag appears under its name with its first message, so that whatever bears the name of a
+    bag can be read. One that was never closed, because the process was killed, lacks
+    metadata.yaml and MCAP's index; all its messages are there, and `recover` makes a whole bag of
+    it. It is a context manager that closes the bag at its end.
     """
 
     def __init__(self, folder: Path, custom: Mapping[str, str] | None = None) -> None:
-        """Make a new bag; it exists on disk when this returns.
+        """Prepare a new bag.
 
         Args:
             folder: The bag's folder, which must not exist; its parent must.
@@ -40,44 +49,46 @@ class DurableBagWriter:
                 from its start, and `custom_data` in metadata.yaml.
 
         Raises:
-            BagError: the folder exists or cannot be made.
+            BagError: the folder exists already.
         """
-        try:
-            make_folder(folder)
-        except OSError as error:
-            raise BagError(f"cannot make the bag {folder}: {error}") from error
-        self._open(folder, custom or {})
+        if os.path.lexists(folder):
+            raise BagError(f"cannot make the bag {folder}: it exists already")
+        self._prepare(folder.parent, folder, custom)
 
     @classmethod
     def numbered(cls, directory: Path, custom: Mapping[str, str] | None = None) -> Self:
-        """Make a new bag under the next free number: directory/NNN.
+        """Prepare a new bag that gets the next free number: directory/NNN.
 
-        Raises:
-            BagError: the directory cannot be written to.
+        Numbers are never used twice, not even those of discarded bags, and two processes never
+        get the same one.
         """
         writer = cls.__new__(cls)
-        writer._open(make_numbered_folder(directory), custom or {})
+        writer._prepare(directory, None, custom)
         return writer
 
-    def _open(self, folder: Path, custom: Mapping[str, str]) -> None:
-        self.path = folder
-        self._custom = dict(custom)
+    def _prepare(self, parent: Path, folder: Path | None, custom: Mapping[str, str] | None) -> None:
+        self._parent = parent
+        self._folder = folder
+        self._path: Path | None = None
+        self._custom = dict(custom or {})
         self._channels: dict[BagTopic, int] = {}
         self._schemas: dict[str, int] = {}
         self._counts: Counter[BagTopic] = Counter()
         self._first = self._last = 0
-        file = folder / f"{folder.name}_0.mcap"
-        try:
-            # Buffered, and flushed by hand: unbuffered files of mcap's writer end up torn.
-            self._stream = file.open("xb")
-            # One message is one chunk: a chunk is what a torn file loses.
-            self._writer: Any = Writer(self._stream, chunk_size=1, compression=CompressionType.NONE)
-            self._writer.start(profile="ros2", library="irlpilco_ros")
-            self._writer.add_metadata(CUSTOM_RECORD, self._custom)
-            self._sync()
-            sync_directory(folder)
-        except OSError as error:
-            raise BagError(f"cannot make the bag {folder}: {error}") from error
+        self._closed = False
+        self._stream: BinaryIO | None = None
+        self._writer: Any = None
+
+    @property
+    def path(self) -> Path:
+        """The bag.
+
+        Raises:
+            BagError: it has no name yet, because nothing has been written.
+        """
+        if self._path is None:
+            raise BagError(f"no bag has been made in {self._parent} yet: it is made with a message")
+        return self._path
 
     @property
     def message_count(self) -> int:
@@ -91,22 +102,22 @@ class DurableBagWriter:
             BagError: it could not be written, for example because the disk is full. What was
                 written before stays; the bag takes no more messages.
         """
-        if self._stream.closed:
-            raise BagError(f"the bag {self.path} is closed")
+        if self._closed:
+            raise BagError(f"the bag {self._path or self._parent} is closed")
         topic = message.topic
         try:
+            if self._stream is None:
+                self._begin()
             if topic not in self._channels:
                 self._channels[topic] = self._register(topic)
             self._writer.add_message(
                 self._channels[topic], message.log_time, message.data, message.publish_time
             )
             self._sync()
+            self._publish()
         except OSError as error:
             self._abandon()
-            raise BagError(
-                f"cannot write message {self.message_count + 1} to {self.path}: {error}; the "
-                f"{self.message_count} before it are on disk"
-            ) from error
+            raise BagError(self._complaint(error)) from error
         times = [message.log_time] if not self._counts else [self._first, message.log_time]
         self._first, self._last = min(times), max(self._last, message.log_time)
         self._counts[topic] += 1
@@ -117,22 +128,24 @@ class DurableBagWriter:
         Raises:
             BagError: they could not be written; the messages are on disk.
         """
-        if self._stream.closed:
+        if self._closed:
             return
-        information = self._information()
-        text = yaml.safe_dump(information, sort_keys=False)
         try:
+            if self._stream is None:
+                self._begin()
+            self._publish()
+            information = self._information()
+            text = yaml.safe_dump(information, sort_keys=False)
             self._writer.add_metadata("rosbag2", {"serialized_metadata": text})
             self._writer.finish()
             self._sync()
-            self._stream.close()
-            whole = yaml.safe_dump({"rosbag2_bagfile_information": information}, sort_keys=False)
-            write_atomically(self.path / METADATA, whole.encode())
-        except OSError as error:
+            self._abandon()
+            write_atomically(self.path / METADATA, metadata_text(information).encode())
+        except (OSError, FileError) as error:
             self._abandon()
             raise BagError(
-                f"cannot close the bag {self.path}: {error}; its {self.message_count} messages "
-                f"are on disk: irlpilco recover {self.path}"
+                f"cannot close the bag {self._path or self._parent}: {_reason(error)}; its "
+                f"{self.message_count} messages are on disk: irlpilco recover {self._path}"
             ) from error
 
     def __enter__(self) -> Self:
@@ -146,15 +159,62 @@ class DurableBagWriter:
     ) -> None:
         self.close()
 
+    def _begin(self) -> None:
+        """Begin the file, in a hidden folder."""
+        if self._folder is None:
+            self._parent.mkdir(parents=True, exist_ok=True)
+        self._hidden = make_hidden_folder(self._parent)
+        # Buffered, and flushed by hand: unbuffered files of mcap's writer end up torn.
+        self._stream = (self._hidden / "_0.mcap").open("xb")
+        self._writer = Writer(
+            self._stream,
+            chunk_size=1,  # one message is one chunk: a chunk is what a torn file loses
+            compression=CompressionType.NONE,
+            enable_data_crcs=True,
+        )
+        self._writer.start(profile="ros2", library="irlpilco_ros")
+        self._writer.add_metadata(CUSTOM_RECORD, self._custom)
+        self._sync()
+
+    def _publish(self) -> None:
+        """Give the bag its name, if it has none yet."""
+        if self._path is not None:
+            return
+        file = self._hidden / "_0.mcap"
+        while self._path is None:
+            folder = self._folder or self._parent / f"{next_number(self._parent):03d}"
+            file = file.rename(self._hidden / f"{folder.name}_0.mcap")
+            try:
+                self._path = publish(self._hidden, folder)
+            except OSError as error:
+                taken = isinstance(error, FileExistsError) or error.errno == errno.ENOTEMPTY
+                if not taken or self._folder is not None:
+                    raise
+
     def _sync(self) -> None:
+        assert self._stream is not None
         self._stream.flush()
         os.fsync(self._stream.fileno())
+        if self._path is not None and not (self._path / f"{self._path.name}_0.mcap").exists():
+            raise OSError(errno.ENOENT, "the bag was deleted or renamed while it was recorded")
 
     def _abandon(self) -> None:
         """Close the file as it is: more bytes after a failed write would make no sense."""
+        self._closed = True
         # What is still in the buffer cannot be written either; the descriptor is closed.
         with suppress(OSError):
-            self._stream.close()
+            if self._stream is not None:
+                self._stream.close()
+        if self._path is None and self._stream is not None:
+            shutil.rmtree(self._hidden, ignore_errors=True)
+
+    def _complaint(self, error: OSError) -> str:
+        if self._path is None:
+            return f"cannot make a bag in {self._parent}: {_reason(error)}"
+        return (
+            f"cannot write message {self.message_count + 1} to {self._path}: {_reason(error)}; the "
+            f"{self.message_count} before it are on disk"
+        )
 
     def _register(self, topic: BagTopic) -> int:
         if topic.message_type not in self._schemas:
@@ -169,36 +229,10 @@ class DurableBagWriter:
         return channel
 
     def _information(self) -> dict[str, Any]:
-        """Return rosbag2_bagfile_information, version 9."""
-        file = f"{self.path.name}_0.mcap"
-        return {
-            "version": 9,
-            "storage_identifier": "mcap",
-            **self._span(),
-            "topics_with_message_count": [
-                {
-                    "topic_metadata": {
-                        "name": topic.name,
-                        "type": topic.message_type,
-                        "serialization_format": "cdr",
-                        "offered_qos_profiles": [dict(profile) for profile in topic.qos_profiles],
-                        "type_description_hash": topic.type_hash,
-                    },
-                    "message_count": self._counts[topic],
-                }
-                for topic in self._channels
-            ],
-            "compression_format": "",
-            "compression_mode": "",
-            "relative_file_paths": [file],
-            "files": [{"path": file, **self._span()}],
-            "custom_data": self._custom or None,
-            "ros_distro": "jazzy",
-        }
+        counts = {topic: self._counts[topic] for topic in self._channels}
+        file = FileContent(f"{self.path.name}_0.mcap", counts, self._first, self._last)
+        return bag_information([file], self._custom)
 
-    def _span(self) -> dict[str, Any]:
-        return {
-            "duration": {"nanoseconds": self._last - self._first},
-            "starting_time": {"nanoseconds_since_epoch": self._first},
-            "message_count": self.message_count,
-        }
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)

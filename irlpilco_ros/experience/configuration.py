@@ -10,7 +10,8 @@ import numpy as np
 import yaml
 
 from irlpilco_ros.experience.durable import write_atomically
-from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.errors import FileError, RunDirectoryError
+from irlpilco_ros.experience.plain_files import read_yaml
 from irlpilco_ros.experience.renamed import under_new_names
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -32,8 +33,8 @@ def read_configuration(path: Path) -> dict[str, Any]:
         RunDirectoryError: the file is not there or holds no keys.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
+        content = read_yaml(path)
+    except FileError as error:
         raise RunDirectoryError(f"{path.parent} is no run directory: {error}") from error
     if not isinstance(content, dict):
         raise RunDirectoryError(f"{path} holds no keys")

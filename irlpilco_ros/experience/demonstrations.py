@@ -1,34 +1,39 @@
-"""Demonstrations on disk: one bag, or a folder of bags NNN that show one task several times."""
+"""Demonstrations on disk: one bag, or a folder of bags that show one task several times."""
 
 from __future__ import annotations
 
+import os
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
-from irlpilco_ros.experience.bag_files import mcap_files
+from irlpilco_ros.experience.bag_files import bags_in, copy_bag, storage_files
 from irlpilco_ros.experience.bag_reader import messages_digest, read_bag
 from irlpilco_ros.experience.durable import sync_tree
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.experience.trials import numbered_bags
 
 
 def demonstration_bags(path: Path) -> list[Path]:
-    """Return the bags of the demonstrations, in order; discarded ones are left out.
+    """Return the bags of the demonstrations; of several in the natural order of their names.
 
     Args:
-        path: A bag (its folder or its .mcap file), or a folder of bags NNN.
+        path: A bag (its folder or its only file), or a folder of bags; those of them that are
+            marked as discarded, recovered or damaged are left out.
 
     Raises:
         BagError: there is neither a bag nor a folder of them.
     """
-    several = [bag for _, bag in numbered_bags(path)]
+    is_folder = os.path.isdir(path)
+    several = [bag for bag in bags_in(path) if os.path.isdir(bag)] if is_folder else []
     if not several:
-        mcap_files(path)
+        storage_files(path)
     return several or [path]
 
 
-def read_demonstrations(path: Path) -> tuple[Trajectory, ...]:
+def read_demonstrations(
+    path: Path, topic: str = "", joints: Sequence[str] = ()
+) -> tuple[Trajectory, ...]:
     """Return what was shown; arguments and errors as `demonstration_bags` and `read_bag`.
 
     Raises:
@@ -36,7 +41,7 @@ def read_demonstrations(path: Path) -> tuple[Trajectory, ...]:
     """
     shown = []
     for bag in demonstration_bags(path):
-        trajectory = read_bag(bag)
+        trajectory = read_bag(bag, topic, joints)
         if not trajectory.stamps.size:
             raise BagError(f"the demonstration {bag} holds no samples")
         shown.append(trajectory)
@@ -44,23 +49,29 @@ def read_demonstrations(path: Path) -> tuple[Trajectory, ...]:
 
 
 def copy_demonstrations(source: Path, copy: Path) -> None:
-    """Copy the bags of the demonstrations to a folder that is whole as soon as it is there."""
+    """Copy the bags of the demonstrations to a folder that is whole as soon as it is there.
+
+    Raises:
+        BagError: they cannot be read or written.
+    """
     temporary = copy.with_name(f".{copy.name}.tmp")
     shutil.rmtree(temporary, ignore_errors=True)
     bags = demonstration_bags(source)
-    if source.is_file():
-        temporary.mkdir()
-        shutil.copy2(source, temporary)
-    elif bags == [source]:
-        shutil.copytree(source, temporary)
-    else:
+    try:
         for bag in bags:
-            shutil.copytree(bag, temporary / bag.name)
-    sync_tree(temporary)
-    temporary.rename(copy)
+            copy_bag(bag, temporary if bags == [source] else temporary / bag.name)
+        sync_tree(temporary)
+        temporary.rename(copy)
+    except OSError as error:
+        raise BagError(f"cannot copy {source} to {copy}: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def same_demonstrations(first: Path, second: Path) -> bool:
     """Whether two bags, or two folders of them, hold the same messages."""
     bags, others = demonstration_bags(first), demonstration_bags(second)
-    return list(map(messages_digest, bags)) == list(map(messages_digest, others))
+    return len(bags) == len(others) and all(
+        messages_digest(bag) == messages_digest(other)
+        for bag, other in zip(bags, others, strict=True)
+    )

@@ -7,8 +7,16 @@ class BagError(IrlPilcoError):
     """A bag is missing, holds something else than expected, or cannot be written."""
 
 
+class UnreadableBagError(BagError):
+    """A bag is not there, is empty or damaged: what was recorded in it cannot be had."""
+
+
 class IncompleteTrialError(BagError):
     """A bag is readable, but it does not hold a whole trial or demonstration."""
+
+
+class FileError(IrlPilcoError):
+    """A file cannot be read or written, or what it holds is none of what was expected."""
 
 
 class RunDirectoryError(IrlPilcoError):

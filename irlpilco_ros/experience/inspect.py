@@ -1,61 +1,114 @@
-"""`irlpilco inspect`: what is in a bag, for people."""
+"""`irlpilco inspect`: what is in a bag, in a folder of bags or in a run, for people."""
 
 from __future__ import annotations
 
-from collections import Counter
-from datetime import UTC, datetime
+import os
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_files import DISCARDED
-from irlpilco_ros.experience.bag_reader import Recording, read_recording, trajectory
+from irlpilco_ros.experience.bag_files import DAMAGED, DISCARDED, entries, is_bag
+from irlpilco_ros.experience.bag_reader import Recording, read_recording
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.joints import Joints
 
+_DEEPEST = 2  # a run holds demonstration/NNN
 
-def inspect(path: Path) -> str:
+
+def inspect(path: Path, topic: str = "") -> str:
     """Return several lines that say what a bag holds, and whether it is whole.
 
+    For a run or another folder of bags, one line for each bag in it.
+
     Args:
-        path: The bag's folder or its .mcap file; it is only read.
+        path: The bag's folder or its only file, or a folder of bags; it is only read.
+        topic: Which topic of joint states to take, where several tell the same joints.
 
     Raises:
         BagError: there is no bag, or it cannot be read.
     """
+    if not is_bag(path) and os.path.isdir(path):
+        return _list(path, topic)
     recording = read_recording(path)
     lines = [f"{path}: {_condition(recording)}", *_topics(recording)]
     try:
-        samples = trajectory(recording)
+        samples = recording.trajectory(topic)
     except BagError as error:
         return "\n".join([*lines, f"no trajectory: {error}"])
     return "\n".join([*lines, *_samples(samples), *_joints(samples)])
 
 
+def _list(folder: Path, topic: str) -> str:
+    """Return a line for every bag below a folder."""
+    bags = list(_bags_below(folder, _DEEPEST))
+    if not bags:
+        raise BagError(f"{folder} is no bag, and there is none in it")
+    lines = [f"{folder}: {len(bags)} bag{'s' if len(bags) > 1 else ''}"]
+    names = [str(bag.relative_to(folder)) for bag in bags]
+    width = max(map(len, names))
+    for name, bag in zip(names, bags, strict=True):
+        lines.append(f"  {name.ljust(width)}  {_one_line(bag, topic)}")
+    return "\n".join(lines)
+
+
+def _bags_below(folder: Path, depth: int) -> Iterator[Path]:
+    for entry in entries(folder):
+        if is_bag(entry):
+            yield entry
+        elif depth and os.path.isdir(entry) and not os.path.islink(entry):
+            yield from _bags_below(entry, depth - 1)
+
+
+def _one_line(bag: Path, topic: str) -> str:
+    try:
+        recording = read_recording(bag)
+    except BagError as error:
+        return f"cannot be read: {error}"
+    try:
+        samples = recording.trajectory(topic)
+    except BagError as error:
+        return f"{_condition(recording)}; no trajectory: {error}"
+    return f"{_condition(recording)}; {len(samples)} samples; {_content(samples)}"
+
+
 def _condition(recording: Recording) -> str:
-    marks = ["discarded"] if recording.path.name.endswith(DISCARDED) else []
+    name = recording.path.name
+    marks = [mark.strip(".") for mark in (DISCARDED, DAMAGED) if name.endswith(mark)]
     if "recovered_from" in recording.custom:
         marks.append(f"recovered from {recording.custom['recovered_from']}")
     if recording.whole:
         return ", ".join(["whole", *marks])
-    where = "not closed" if recording.torn_at is None else f"torn after byte {recording.torn_at}"
-    return ", ".join([f"{where} (irlpilco recover makes a whole bag of it)", *marks])
+    wrong = [*recording.damage, *recording.torn]
+    if recording.metadata_problem:
+        wrong.append(recording.metadata_problem)
+    cure = "(irlpilco recover makes a whole bag of it)" if recording.message_count else ""
+    return ", ".join([f"not whole: {'; '.join(wrong)} {cure}".rstrip(), *marks])
 
 
 def _topics(recording: Recording) -> list[str]:
-    if not recording.messages:
+    if not recording.message_count:
         return ["no messages"]
-    times = [message.log_time for message in recording.messages]
-    start = datetime.fromtimestamp(min(times) / NANOSECONDS, UTC)
-    seconds = (max(times) - min(times)) / NANOSECONDS
-    lines = [f"recorded {start:%Y-%m-%d %H:%M:%S} UTC, {seconds:.2f} s by the wall clock"]
-    counts = Counter(message.topic for message in recording.messages)
-    lines += [
-        f"  {number:5d}  {topic.name}  {topic.message_type}" for topic, number in counts.items()
+    seconds = (recording.last - recording.first) / NANOSECONDS
+    return [
+        f"recorded {_date(recording.first)}, {seconds:.2f} s by the wall clock",
+        *(
+            f"  {number:5d}  {topic.name}  {topic.message_type or 'of no type'}"
+            for topic, number in recording.counts.items()
+        ),
     ]
-    return lines
+
+
+def _date(time: int) -> str:
+    """Return a time [ns] as a date, or as a number where it is none."""
+    try:
+        start = datetime.fromtimestamp(0, UTC) + timedelta(seconds=time / NANOSECONDS)
+    except OverflowError:
+        return f"at {time} ns"
+    return f"{start:%Y-%m-%d %H:%M:%S} UTC"
 
 
 def _samples(samples: Trajectory) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -49,6 +49,11 @@ def typestore() -> Typestore:
 
 
 @cache
+def _ros1_typestore() -> Typestore:
+    return get_typestore(Stores.ROS1_NOETIC)
+
+
+@cache
 def schema(message_type: str = JOINT_STATE) -> tuple[str, str]:
     """Return a type's definition with all that it depends on (ros2msg), and its RIHS01 hash."""
     text, _ = typestore().generate_msgdef(message_type, ros_version=2)
@@ -61,8 +66,17 @@ def decode(data: bytes) -> JointStateMessage:
     Raises:
         BagError: the bytes are no JointState.
     """
+    return _decode(data, typestore().deserialize_cdr)
+
+
+def decode_ros1(data: bytes) -> JointStateMessage:
+    """Return the message that bytes of ROS 1 hold; errors as `decode`."""
+    return _decode(data, _ros1_typestore().deserialize_ros1)
+
+
+def _decode(data: bytes, deserialise: Callable[[bytes, str], Any]) -> JointStateMessage:
     try:
-        message: Any = typestore().deserialize_cdr(data, JOINT_STATE)
+        message = deserialise(data, JOINT_STATE)
     except Exception as error:  # rosbags raises whatever its unpacking runs into
         raise BagError(f"{len(data)} bytes are no {JOINT_STATE}: {error}") from error
     stamp = message.header.stamp
@@ -91,15 +105,27 @@ def encode(message: JointStateMessage) -> bytes:
     return bytes(typestore().serialize_cdr(ros_message, JOINT_STATE))
 
 
-class HeaderReader:
-    """Reads stamp and names only: forty times faster than decoding, for streams of states.
+@dataclass(frozen=True)
+class _Layout:
+    """Where a JointState's fields are, and the bytes that every message of this layout shares."""
 
-    A publisher's messages nearly always name the same joints, so their bytes are compared with
-    those of before, and are decoded when they are new.
+    shared: tuple[tuple[int, bytes], ...]
+    stamp: struct.Struct
+    names: tuple[str, ...]
+
+    def fits(self, data: bytes) -> bool:
+        return all(data.startswith(part, offset) for offset, part in self.shared)
+
+
+class HeaderReader:
+    """Reads stamp and names only: many times faster than decoding, for streams of states.
+
+    A publisher's messages nearly always name the same joints, so all their bytes but stamp and
+    values are compared with those of before, and they are decoded when these are new.
     """
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[bytes, tuple[str, ...]]] = {}
+        self._known: dict[int, _Layout] = {}
 
     def read(self, data: bytes) -> tuple[int, tuple[str, ...]]:
         """Return header.stamp [ns] and the names of a JointState in CDR bytes.
@@ -107,33 +133,38 @@ class HeaderReader:
         Raises:
             BagError: the bytes are no JointState.
         """
-        section, names = self._known.get(len(data), (b"", ()))
-        if not section or data[_AFTER_STAMP : _AFTER_STAMP + len(section)] != section:
-            names = decode(data).names
-            self._known[len(data)] = (data[_AFTER_STAMP : _end_of_names(data)], names)
-        seconds, rest = (_STAMP_LITTLE if data[1] & 1 else _STAMP_BIG).unpack_from(data, 4)
-        return seconds * NANOSECONDS + rest, names
+        layout = self._known.get(len(data))
+        if layout is None or not layout.fits(data):
+            layout = self._known[len(data)] = _layout(data, decode(data))
+        seconds, rest = layout.stamp.unpack_from(data, _HEADER)
+        return seconds * NANOSECONDS + rest, layout.names
 
 
-_STAMP_LITTLE, _STAMP_BIG = struct.Struct("<iI"), struct.Struct(">iI")
+_HEADER = 4  # bytes that say how the rest is encoded
 _AFTER_STAMP = 12
 
 
-def _end_of_names(data: bytes) -> int:
-    """Return where the names end: after frame_id, their number, and each with its length."""
-    count = struct.Struct("<I" if data[1] & 1 else ">I")
+def _layout(data: bytes, message: JointStateMessage) -> _Layout:
+    """Return where a message's fields are: frame_id and names, then three lists of numbers."""
+    order = "<" if data[1] & 1 else ">"
+    count = struct.Struct(f"{order}I")
 
     def after_string(start: int) -> int:
         start += -start % 4
         return start + 4 + int(count.unpack_from(data, start)[0])
 
     offset = after_string(_AFTER_STAMP)
-    offset += -offset % 4
-    (names,) = count.unpack_from(data, offset)
-    offset += 4
-    for _ in range(names):
+    offset += 4 + -offset % 4
+    for _ in message.names:
         offset = after_string(offset)
-    return offset
+    shared = [(0, data[:_HEADER]), (_AFTER_STAMP, data[_AFTER_STAMP:offset])]
+    for values in (message.positions, message.velocities, message.efforts):
+        offset += -offset % 4
+        shared.append((offset, data[offset : offset + 4]))
+        offset += 4
+        if values:
+            offset += -(offset - _HEADER) % 8 + 8 * len(values)
+    return _Layout(tuple(shared), struct.Struct(f"{order}iI"), message.names)
 
 
 def _floats(values: Sequence[float]) -> np.ndarray:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
-from irlpilco_ros.experience.bag_message import BagMessage, BagTopic
-from irlpilco_ros.experience.bag_reader import JOINTS, read_bag
+from irlpilco_ros.experience.bag_message import BagMessage, BagTopic, joints_entry
+from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import decode
@@ -107,9 +107,8 @@ class LiveRecording:
     def _write(self, samples: list[Sample]) -> None:
         for sample in samples:
             if self._writer is None:
-                custom = {JOINTS: ",".join(self._joints)}
+                custom = joints_entry(self._joints)
                 self._writer = DurableBagWriter.numbered(self._directory, custom)
-                self.path = self._writer.path
             for state in sample.states:
                 # One log time marks the messages of one sample, should there be several.
                 self._append(self._state_topic(), state, sample.states[-1].received)
@@ -122,3 +121,4 @@ class LiveRecording:
     def _append(self, topic: BagTopic, message: Received, log_time: int) -> None:
         assert self._writer is not None
         self._writer.append(BagMessage(topic, message.data, log_time, message.sent))
+        self.path = self._writer.path

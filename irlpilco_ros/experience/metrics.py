@@ -5,11 +5,14 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 from irlpilco_ros.experience.durable import write_atomically
-from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.errors import FileError, RunDirectoryError
+from irlpilco_ros.experience.plain_files import read_text
 
 REPLAY = "replay"
 """What stands in the iteration column of the open-loop replay of the demonstration."""
@@ -44,6 +47,7 @@ class MetricsRow:
 
 COLUMNS = tuple(field.name for field in dataclasses.fields(MetricsRow))
 _NUMBERS = COLUMNS[2:]
+_LIMIT = 1 << 24  # [bytes]
 
 
 def read_metrics(path: Path) -> tuple[MetricsRow, ...]:
@@ -56,7 +60,10 @@ def read_metrics(path: Path) -> tuple[MetricsRow, ...]:
     """
     if not path.exists():
         return ()
-    lines = path.read_text(encoding="utf-8").splitlines()
+    try:
+        lines = read_text(path, _LIMIT).splitlines()
+    except FileError as error:
+        raise RunDirectoryError(str(error)) from error
     if not lines or tuple(lines[0].split(",")) != COLUMNS:
         raise RunDirectoryError(f"{path} does not start with the columns {','.join(COLUMNS)}")
     rows = []
@@ -80,10 +87,35 @@ def append_metrics(path: Path, row: MetricsRow) -> None:
     if any(other.iteration == row.iteration for other in rows):
         name = REPLAY if row.iteration is None else f"iteration {row.iteration}"
         raise RunDirectoryError(f"{path} has a row for {name} already; rows are never replaced")
+    _write(path, (*rows, row))
+
+
+def withdraw_metrics(path: Path, iteration: int) -> Path:
+    """Take back the rows of an iteration and of those after it.
+
+    Returns:
+        Where the file as it was is kept, beside it.
+
+    Raises:
+        RunDirectoryError: as `read_metrics`.
+        FileError: it cannot be written.
+    """
+    rows = read_metrics(path)
+    kept = next(
+        name
+        for number in count(1)
+        if not (name := path.with_name(f"{path.stem}.withdrawn.{number}{path.suffix}")).exists()
+    )
+    _write(kept, rows)
+    _write(path, [row for row in rows if row.iteration is None or row.iteration < iteration])
+    return kept
+
+
+def _write(path: Path, rows: Iterable[MetricsRow]) -> None:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for each in (*rows, row):
+    for each in rows:
         first = REPLAY if each.iteration is None else each.iteration
         writer.writerow([first, each.trial, *(repr(getattr(each, name)) for name in _NUMBERS)])
     write_atomically(path, stream.getvalue().encode())

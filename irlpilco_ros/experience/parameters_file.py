@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
+from irlpilco_ros.experience.errors import FileError
+from irlpilco_ros.experience.plain_files import read_yaml
 from irlpilco_ros.experience.renamed import under_new_names
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.settings import from_values
@@ -26,11 +26,9 @@ def load_parameters_file(path: Path | str, node_name: str) -> dict[str, Any]:
         InvalidSettingError: the file is missing, is not YAML or is no parameter file.
     """
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidSettingError(f"cannot read the parameter file {path}: {error}") from error
-    except yaml.YAMLError as error:
-        raise InvalidSettingError(f"{path} is not valid YAML: {error}") from error
+        document = read_yaml(Path(path))
+    except FileError as error:
+        raise InvalidSettingError(str(error)) from error
     if not isinstance(document, dict):
         raise InvalidSettingError(
             f"{path} is no ROS parameter file; expected 'NODE:' or '/**:' and below it "
@@ -43,7 +41,12 @@ def load_parameters_file(path: Path | str, node_name: str) -> dict[str, Any]:
             continue
         if not isinstance(content, dict) or "ros__parameters" not in content:
             raise InvalidSettingError(f"{path}: section '{section}' lacks 'ros__parameters:'")
-        parameters.update(_flatten(content["ros__parameters"] or {}))
+        values = content["ros__parameters"] or {}
+        if not isinstance(values, dict):
+            raise InvalidSettingError(
+                f"{path}: 'ros__parameters' of section '{section}' is no map of names and values"
+            )
+        parameters.update(_flatten(values))
     return under_new_names(parameters, str(path))
 
 

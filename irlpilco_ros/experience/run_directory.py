@@ -16,16 +16,15 @@ the files say how far the run has come, and nothing that was recorded is lost.
 from __future__ import annotations
 
 import fcntl
-import io
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
-from zipfile import BadZipFile
 
-import numpy as np
-
+from irlpilco_ros.experience.bag_files import DAMAGED, first_free, mark, numbered_bags, suffixed
+from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.configuration import (
     differing_keys,
     read_configuration,
@@ -36,15 +35,22 @@ from irlpilco_ros.experience.demonstrations import (
     read_demonstrations,
     same_demonstrations,
 )
-from irlpilco_ros.experience.durable import remove_leftovers, write_atomically
+from irlpilco_ros.experience.durable import remove_leftovers
 from irlpilco_ros.experience.errors import RunDirectoryError
-from irlpilco_ros.experience.metrics import MetricsRow, append_metrics, read_metrics
+from irlpilco_ros.experience.iteration_file import read_iteration_file, write_iteration_file
+from irlpilco_ros.experience.metrics import (
+    MetricsRow,
+    append_metrics,
+    read_metrics,
+    withdraw_metrics,
+)
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.experience.trials import RecordedTrial, find_trials, numbered_bags
+from irlpilco_ros.experience.trials import TrialSearch, find_trials
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.rollout import Rollout
 
 
 class RunDirectory:
@@ -58,6 +64,7 @@ class RunDirectory:
         """Name a run directory; nothing is touched."""
         self.path = Path(path).absolute()
         self._lock: int | None = None
+        self._reading: tuple[str, tuple[str, ...]] | None = None
 
     @property
     def configuration_file(self) -> Path:
@@ -112,13 +119,19 @@ class RunDirectory:
                 or demonstration; names the keys that differ.
             BagError: the demonstration cannot be read.
         """
-        if not self.path.exists():
-            read_demonstrations(demonstration)
-        self.trials_directory.mkdir(parents=True, exist_ok=True)
-        self.iteration_file(0).parent.mkdir(exist_ok=True)
-        self._take_lock()
-        remove_leftovers(self.path)
-        remove_leftovers(self.iteration_file(0).parent)
+        if not os.path.exists(self.path):
+            read_demonstrations(demonstration, *_reading(configuration))
+        try:
+            self.trials_directory.mkdir(parents=True, exist_ok=True)
+            self.iteration_file(0).parent.mkdir(exist_ok=True)
+            self._take_lock()
+            remove_leftovers(self.path)
+            remove_leftovers(self.iteration_file(0).parent)
+        except OSError as error:
+            self.release()
+            raise RunDirectoryError(
+                f"cannot write to the run directory {self.path}: {error.strerror or error}"
+            ) from error
         try:
             self._claim_configuration(configuration)
             self._claim_demonstration(demonstration)
@@ -154,12 +167,12 @@ class RunDirectory:
 
     def demonstrations(self) -> tuple[Trajectory, ...]:
         """Return what was shown, once or several times."""
-        return read_demonstrations(self.demonstration_directory)
+        return read_demonstrations(self.demonstration_directory, *self._how_to_read())
 
     def iterations(self) -> tuple[int, ...]:
         """Return the iterations k >= 1 whose npz and policy are on disk, in order."""
-        numbers = (int(file.stem) for file in self.iteration_file(0).parent.glob("[0-9]*.npz"))
-        return tuple(sorted(k for k in numbers if self.policy_file(k).exists()))
+        numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
+        return tuple(k for k in numbers if self.policy_file(k).exists())
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
@@ -167,12 +180,7 @@ class RunDirectory:
         Raises:
             RunDirectoryError: it is not there or not readable.
         """
-        path = self.iteration_file(iteration)
-        try:
-            with np.load(path, allow_pickle=False) as arrays:
-                return Iteration.from_arrays(dict(arrays))
-        except (OSError, ValueError, EOFError, BadZipFile) as error:
-            raise RunDirectoryError(f"cannot read iteration {iteration}: {error}") from error
+        return read_iteration_file(self.iteration_file(iteration))
 
     def read_policy(self, iteration: int) -> Policy:
         """Return an iteration's policy; 0 is the initial policy."""
@@ -188,18 +196,59 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return next((row for row in rows if row.iteration is None), None)
 
-    def trials(self, joints: Joints, horizon: int) -> dict[int, RecordedTrial]:
+    def read_trial(self, bag: Path, joints: Joints, horizon: int) -> Rollout:
+        """Return the whole trial in a bag.
+
+        Raises:
+            UnreadableBagError: the bag is not there, is empty or damaged.
+            IncompleteTrialError: it holds no whole trial.
+            BagError: it lacks a joint, or is none of this robot's.
+        """
+        return read_bag(bag, *self._how_to_read()).rollout(joints, horizon)
+
+    def search_trials(self, joints: Joints, horizon: int, since: int = 0) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
 
         A trial belongs to the iteration whose policy gives its very commands on its states
         (to 1e-9). Bags that hold no whole trial, because the robot stopped or the recorder was
-        killed, and discarded ones stay where they are and are passed over.
+        killed, stay where they are; discarded ones are passed over.
 
         Args:
             joints: Joints of the run, in order.
             horizon: Control periods of a trial.
+            since: First iteration to look for; the bags of judged ones before it are not read.
         """
-        return find_trials(self.trial_bags(), self._policies(), joints, horizon)
+        judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
+        bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
+        policies = self._policies(since) if bags else {}
+        return find_trials(
+            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon)
+        )
+
+    def set_aside(self, bag: Path) -> Path:
+        """Rename a trial's bag that cannot be read: nobody learns from it, and its data stay.
+
+        Raises:
+            RunDirectoryError: not claimed.
+            BagError: it cannot be renamed.
+        """
+        self._check_claimed()
+        suffix = first_free(suffixed(bag, DAMAGED)).name.removeprefix(bag.name)
+        return mark(bag, suffix)
+
+    def withdraw(self, iteration: int) -> Path:
+        """Take back the rows of an iteration and of those after it, for its trial is lost.
+
+        Policies and trials stay, and are judged anew once the lost trial has been done again.
+
+        Returns:
+            Where metrics.csv as it was is kept.
+
+        Raises:
+            RunDirectoryError: not claimed.
+        """
+        self._check_claimed()
+        return withdraw_metrics(self.metrics_file, iteration)
 
     def trial_bags(self) -> list[tuple[int, Path]]:
         """Return number and path of every trial's bag that was not discarded, whole or not."""
@@ -236,10 +285,7 @@ class RunDirectory:
     ) -> None:
         """Write what an iteration found, then its policy; arguments and errors as write_policy."""
         self._check_open(iteration.index)
-        stream = io.BytesIO()
-        arrays: dict[str, Any] = iteration.to_arrays()
-        np.savez(stream, **arrays)
-        write_atomically(self.iteration_file(iteration.index), stream.getvalue())
+        write_iteration_file(self.iteration_file(iteration.index), iteration)
         self.write_policy(iteration.index, iteration.policy, joints, controller_parameters)
 
     def append_metrics(self, row: MetricsRow) -> None:
@@ -251,9 +297,15 @@ class RunDirectory:
         self._check_claimed()
         append_metrics(self.metrics_file, row)
 
-    def _policies(self) -> dict[int, Policy]:
-        numbers = (int(file.stem[-3:]) for file in self.path.glob("policy_[0-9][0-9][0-9].yaml"))
-        return {number: self.read_policy(number) for number in sorted(numbers)}
+    def _how_to_read(self) -> tuple[str, tuple[str, ...]]:
+        """Return which topic and joints the run reads; they never change."""
+        if self._reading is None:
+            self._reading = _reading(self.configuration())
+        return self._reading
+
+    def _policies(self, since: int) -> dict[int, Policy]:
+        numbers = _numbers(self.path, r"policy_(\d{3,})\.yaml")
+        return {number: self.read_policy(number) for number in numbers if number >= since}
 
     def _check_claimed(self) -> None:
         if self._lock is None:
@@ -304,9 +356,23 @@ class RunDirectory:
         copy = self.demonstration_directory
         if not copy.exists():
             copy_demonstrations(demonstration, copy)
-        elif not same_demonstrations(demonstration, copy):
+        elif demonstration.absolute() != copy and not same_demonstrations(demonstration, copy):
             raise RunDirectoryError(
                 f"{self.path} was begun with another demonstration: {demonstration} differs from "
                 f"the copy in {copy}. Choose another run directory, or the demonstration of "
                 "before"
             )
+
+
+def _reading(configuration: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """Return which topic of joint states a run reads, and which joints make its samples."""
+    topic, joints = configuration.get("joint_states_topic", ""), configuration.get("joints", ())
+    names = joints if isinstance(joints, list | tuple) else ()
+    return str(topic), tuple(str(name) for name in names)
+
+
+def _numbers(folder: Path, pattern: str) -> list[int]:
+    """Return the numbers in the names of the files that match a pattern, in order."""
+    names = os.listdir(folder) if os.path.isdir(folder) else []
+    matches = (re.fullmatch(pattern, name) for name in names)
+    return sorted(int(match.group(1)) for match in matches if match)

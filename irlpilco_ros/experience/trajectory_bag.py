@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_message import BagMessage, BagTopic
-from irlpilco_ros.experience.bag_reader import JOINTS
+from irlpilco_ros.experience.bag_message import BagMessage, BagTopic, joints_entry
 from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, JointStateMessage, encode
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -30,8 +29,7 @@ def write_trajectory(directory: Path, trajectory: Trajectory) -> Path:
     Raises:
         BagError: it cannot be written.
     """
-    custom = {JOINTS: ",".join(trajectory.joint_names)}
-    with DurableBagWriter.numbered(directory, custom) as writer:
+    with DurableBagWriter.numbered(directory, joints_entry(trajectory.joint_names)) as writer:
         for message in _messages(trajectory):
             writer.append(message)
     return writer.path

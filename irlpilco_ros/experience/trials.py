@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_files import bag_number
-from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
@@ -35,31 +33,46 @@ class RecordedTrial:
     rollout: Rollout
 
 
+@dataclass(frozen=True)
+class TrialSearch:
+    """What was found among the bags of a run.
+
+    Attributes:
+        trials: The whole trials by the iteration whose policy ran in them.
+        wrong: What is wrong with each bag that holds no whole trial.
+    """
+
+    trials: dict[int, RecordedTrial]
+    wrong: dict[Path, BagError]
+
+
 def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
     joints: Joints,
-    horizon: int,
-) -> dict[int, RecordedTrial]:
-    """Return the whole trials by the iteration whose policy ran in them.
+    read: Callable[[Path], Rollout],
+) -> TrialSearch:
+    """Find the trials of policies among bags.
 
     Args:
-        bags: Number and path of each bag, in order; those without a whole trial are passed over.
+        bags: Number and path of each bag, in order.
         policies: Policy of each iteration; the first one that fits a trial and has none gets it.
         joints: Joints of the run, in order.
-        horizon: Control periods of a trial.
+        read: Returns the trial in a bag, or raises BagError.
     """
     found: dict[int, RecordedTrial] = {}
+    wrong: dict[Path, BagError] = {}
     for number, path in bags:
         try:
-            rollout = read_bag(path).rollout(joints, horizon)
-        except BagError:
+            rollout = read(path)
+        except BagError as error:
+            wrong[path] = error
             continue
         for iteration, policy in sorted(policies.items()):
             if iteration not in found and ran(policy, rollout, joints):
                 found[iteration] = RecordedTrial(number, path, rollout)
                 break
-    return found
+    return TrialSearch(found, wrong)
 
 
 def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
@@ -72,14 +85,3 @@ def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
             zip(rollout.states[:-1], rollout.controls, strict=True)
         )
     )
-
-
-def numbered_bags(directory: Path) -> list[tuple[int, Path]]:
-    """Return number and path of the bags NNN in a directory, in order.
-
-    Discarded and recovered bags, whose names have a suffix, are left out.
-    """
-    if not directory.is_dir():
-        return []
-    bags = (entry for entry in directory.iterdir() if entry.is_dir() and entry.name.isdigit())
-    return sorted((bag_number(entry), entry) for entry in bags)

@@ -64,6 +64,11 @@ class RunSettings:
         "Bag of the demonstration, or folder of several bags NNN that show the same task; empty "
         "if the run directory has it already.",
     )
+    joint_states_topic: str = setting(
+        "",
+        "Topic of joint states to take of bags where several tell the same joints; empty if there "
+        "is none to choose.",
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -84,6 +89,7 @@ class Learner(Node):
         self._settings = declare_settings(self, LearningSettings)
         self._where = declare_settings(self, RunSettings, apply=self._move)
         self._run: Apprenticeship | None = None
+        self._told: tuple[str, ...] = ()
         self._busy = False
         self._progress = LearnerProgress()
         self._iteration_clock = IterationClock()
@@ -130,7 +136,12 @@ class Learner(Node):
             Path(self._where.demonstration) if self._where.demonstration else None,
             self._robot,
             self._settings,
+            self._where.joint_states_topic,
         )
+        for note in self._run.notes:
+            if note not in self._told:
+                self.get_logger().warning(note)
+        self._told = self._run.notes
         return self._run
 
     def _close(self) -> None:

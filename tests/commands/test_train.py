@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import shutil
 import subprocess
 import sys
 
@@ -10,6 +12,10 @@ import toy_robot
 
 from irlpilco_ros.cli import main
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.bag_message import BagTopic
+from irlpilco_ros.experience.bag_reader import read_messages
+from irlpilco_ros.experience.bag_writer import DurableBagWriter
+from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
 SETTINGS = LearningSettings(evaluations=6, options={"linear_phase.count": 3})
@@ -108,4 +114,47 @@ def test_a_train_that_fails_leaves_no_folder(recorded, files, tmp_path, capsys):
 def test_a_run_directory_through_a_file_is_refused_in_a_line(recorded, files, tmp_path, capsys):
     (tmp_path / "file").touch()
     assert train(recorded, tmp_path / "file" / "out", files) == 1
-    assert "file/out/trials: Not a directory" in capsys.readouterr().err
+    assert "file/out: Not a directory" in capsys.readouterr().err
+
+
+def test_trials_may_be_called_anything_and_come_in_natural_order(recorded, files, tmp_path, capsys):
+    trials = tmp_path / "trials"
+    shutil.copytree(recorded / "trials" / "000", trials / "take 2")
+    shutil.copytree(recorded / "trials" / "001", trials / "take 10")
+    (trials / "take 5").mkdir()
+    (trials / "take 5" / "x.mcap").touch()
+    (trials / "notes.txt").touch()
+    assert train(recorded, tmp_path / "out", files, trials=trials) == 0
+    printed = capsys.readouterr()
+    assert "take 2 is trial 000\ntake 10 is trial 001\n" in printed.out
+    assert "passed over: take 5: " in printed.err
+    for name in ("policy_001.yaml", "policy_002.yaml"):
+        assert (tmp_path / "out" / name).read_bytes() == (recorded / name).read_bytes()
+    learner = Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS)
+    assert learner.next_index == 2
+    learner.close()
+
+
+def test_a_topic_of_joint_states_is_chosen_for_the_run_and_stays_chosen(
+    recorded, files, tmp_path, capsys
+):
+    """Two topics in the demonstration tell the same joints; those of the trials need no choice."""
+    demonstration = tmp_path / "both"
+    with DurableBagWriter(demonstration) as writer:
+        for message in read_messages(recorded / "demonstration"):
+            for side in ("left", "right"):
+                topic = BagTopic.joint_state(f"/{side}/joint_states")
+                writer.append(dataclasses.replace(message, topic=topic))
+    words = ["train", "--demonstration", str(demonstration), "--trials", str(recorded / "trials")]
+    words += ["--run-directory", str(tmp_path / "out"), *files]
+    assert main(words) == 1
+    assert "choose one of them by joint_states_topic" in capsys.readouterr().err
+    assert main([*words, "--joint-states-topic", "/left/joint_states"]) == 0
+    policy = "policy_002.yaml"
+    assert (tmp_path / "out" / policy).read_bytes() == (recorded / policy).read_bytes()
+    with pytest.raises(RunDirectoryError, match="joint_states_topic"):
+        Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS)
+    left = "/left/joint_states"
+    run = Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS, left)
+    assert run.next_index == 2
+    run.close()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_reader import read_recording
+from irlpilco_ros.experience.bag_reader import read_messages
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.policies import Policy
@@ -48,7 +48,7 @@ def assert_same(left: Trajectory, right: Trajectory) -> None:
 def torn_bag(folder: Path) -> Path:
     """A trial's bag that ends in the middle of its last message, as kill -9 leaves it."""
     bag = write_trajectory(folder, trial())
-    last = read_recording(bag).messages[-1].data
+    last = list(read_messages(bag))[-1].data
     file = bag / f"{bag.name}_0.mcap"
     content = file.read_bytes()
     file.write_bytes(content[: content.rindex(last) + len(last) // 2])

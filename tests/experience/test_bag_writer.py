@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -12,12 +14,14 @@ import pytest
 import yaml
 from example_trajectories import JOINTS, assert_same, demonstration, trial
 from mcap.reader import make_reader
+from mcap.records import Chunk, DataEnd
+from mcap.stream_reader import StreamReader
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from irlpilco_ros.experience.bag_files import bag_number, mark_discarded
+from irlpilco_ros.experience.bag_files import bag_number, bags_in, mark_discarded
 from irlpilco_ros.experience.bag_message import BagMessage, BagTopic
-from irlpilco_ros.experience.bag_reader import read_bag, read_recording
+from irlpilco_ros.experience.bag_reader import read_bag, read_messages, read_recording
 from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, JointStateMessage, encode
@@ -52,7 +56,7 @@ def test_a_trajectory_comes_back_bit_by_bit(tmp_path, trajectory):
 
 def test_rosbags_mcap_and_we_read_the_same(tmp_path):
     bag = write_trajectory(tmp_path, trial())
-    ours = [(m.topic.name, m.log_time, m.data) for m in read_recording(bag).messages]
+    ours = [(m.topic.name, m.log_time, m.data) for m in read_messages(bag)]
     with Reader(bag) as reader:
         theirs = [(c.topic, t, bytes(data)) for c, t, data in reader.messages()]
     with (bag / "000_0.mcap").open("rb") as stream:
@@ -112,13 +116,14 @@ def test_every_message_is_on_disk_when_append_returns(tmp_path, monkeypatch):
         synced.append(os.fstat(descriptor).st_size)
 
     writer = DurableBagWriter.numbered(tmp_path)
+    writer.append(message(1))
     monkeypatch.setattr(os, "fsync", noting_fsync)
     file = writer.path / "000_0.mcap"
-    for count in range(1, 5):
+    for count in range(2, 6):
         writer.append(message(count))
         assert synced[-1] == file.stat().st_size
-        assert len(synced) == count
-        assert len(read_recording(writer.path).messages) == count  # by another reader, at once
+        assert len(synced) == count - 1
+        assert len(list(read_messages(writer.path))) == count  # by another reader, at once
     writer.close()
 
 
@@ -139,6 +144,7 @@ def test_recorders_in_one_folder_never_share_a_number(tmp_path):
     def write() -> None:
         for _ in range(5):
             with DurableBagWriter.numbered(tmp_path) as writer:
+                writer.append(message())
                 paths.append(writer.path)
 
     threads = [threading.Thread(target=write) for _ in range(4)]
@@ -164,10 +170,109 @@ def test_a_failing_disk_ends_the_bag_but_keeps_what_was_written(tmp_path, monkey
         writer.append(message(3))
     writer.close()
     assert not read_recording(writer.path).whole
-    assert read_recording(writer.path).messages[0] == message(1)
+    assert next(read_messages(writer.path)) == message(1)
 
 
 def test_a_folder_that_cannot_be_written_to_is_named(tmp_path):
     (tmp_path / "file").write_text("no folder")
-    with pytest.raises(BagError, match="cannot make a bag in"):
-        DurableBagWriter.numbered(tmp_path / "file")
+    with pytest.raises(BagError, match=r"cannot make a bag in .*file: .+"):
+        DurableBagWriter.numbered(tmp_path / "file").append(message())
+
+
+def test_a_bag_appears_under_its_name_with_its_first_message(tmp_path):
+    writer = DurableBagWriter.numbered(tmp_path, {"joints": ",".join(JOINTS)})
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(BagError, match="no bag has been made"):
+        _ = writer.path
+    writer.append(message(1))
+    assert [path.name for path in tmp_path.iterdir()] == ["000"]
+    assert len(list(read_messages(writer.path))) == 1
+
+
+SLOW_DISK = """
+import os, sys, time
+from pathlib import Path
+import test_bag_writer
+from irlpilco_ros.experience.bag_writer import DurableBagWriter
+fsync, calls = os.fsync, []
+def slow(descriptor):
+    calls.append(descriptor)
+    print("sync", flush=True)
+    sys.stdin.readline()
+    fsync(descriptor)
+os.fsync = slow
+writer = DurableBagWriter.numbered(Path(sys.argv[1]))
+for count in range(1, 4):
+    writer.append(test_bag_writer.message(count))
+"""
+
+
+@pytest.mark.parametrize("syncs", range(1, 8))
+def test_whatever_bears_the_name_of_a_bag_can_be_read_whenever_its_recorder_was_killed(
+    tmp_path, syncs
+):
+    """Killed at each of the moments at which it waits for the disk, from the first on."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", SLOW_DISK, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parent,
+    )
+    for _ in range(syncs):
+        assert process.stdout.readline() == "sync\n"
+        process.stdin.write("\n")
+        process.stdin.flush()
+    process.kill()
+    process.wait()
+    for bag in bags_in(tmp_path):
+        assert list(read_messages(bag))
+    assert bags_in(tmp_path) or syncs < 5
+
+
+def test_a_full_disk_is_said_with_the_path_and_leaves_no_empty_bag(tmp_path):
+    """By a limit on the size of files: the header alone is larger."""
+    script = """
+import resource, signal, sys
+from pathlib import Path
+import test_bag_writer
+from irlpilco_ros.experience.bag_writer import DurableBagWriter
+from irlpilco_ros.experience.errors import BagError
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
+try:
+    with DurableBagWriter.numbered(Path(sys.argv[1])) as writer:
+        for count in range(100):
+            writer.append(test_bag_writer.message(count))
+except BagError as error:
+    print(error)
+"""
+    for limit, sentence in (
+        (30, f"cannot make a bag in {tmp_path}: File too large"),
+        (6000, f"to {tmp_path}/000: File too large; the "),
+    ):
+        run = [sys.executable, "-c", script, str(tmp_path), str(limit)]
+        done = subprocess.run(
+            run, check=True, capture_output=True, text=True, cwd=Path(__file__).parent
+        )
+        assert sentence in done.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["000"]
+    promised = int(done.stdout.split("; the ")[1].split()[0])
+    assert len(list(read_messages(tmp_path / "000"))) >= promised > 0
+
+
+def test_a_bag_that_is_deleted_while_it_is_recorded_is_missed_at_once(tmp_path):
+    writer = DurableBagWriter.numbered(tmp_path)
+    writer.append(message(1))
+    writer.path.rename(tmp_path / "elsewhere")
+    with pytest.raises(BagError, match="deleted or renamed while it was recorded"):
+        writer.append(message(2))
+
+
+def test_the_data_have_a_checksum_of_their_own(tmp_path):
+    bag = write_trajectory(tmp_path, trial())
+    with (bag / "000_0.mcap").open("rb") as stream:
+        records = list(StreamReader(stream, emit_chunks=True, validate_crcs=True).records)
+    (end,) = [record for record in records if isinstance(record, DataEnd)]
+    assert end.data_section_crc
+    assert all(record.uncompressed_crc for record in records if isinstance(record, Chunk))

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.experience.bag_reader import read_bag, read_recording
+from irlpilco_ros.experience.bag_reader import read_bag, read_messages, read_recording
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
@@ -119,9 +120,9 @@ def test_demonstrations_one_after_the_other(ros, tmp_path):
     assert not rollout.commanded
     recording = read_recording(first)
     assert recording.whole
-    (topic,) = {message.topic for message in recording.messages}
+    (topic,) = recording.counts
     assert topic.name == "/robot/joint_states"
-    assert topic.qos_profiles[0]["reliability"] == "reliable"
+    assert yaml.safe_load(topic.qos_text)[0]["reliability"] == "reliable"
 
     assert not robot.call("stop").success
     second = bag_of(robot.call("start"))
@@ -192,7 +193,7 @@ def test_kill_9_loses_no_sample(ros, tmp_path, seconds):
     torn = read_recording(bag)
     assert not torn.whole
     content = {file.name: file.read_bytes() for file in bag.iterdir()}
-    new = recover(bag)
+    new = recover(bag).path
     assert {file.name: file.read_bytes() for file in bag.iterdir()} == content
     recorded = assert_true_to_robot(new)
     assert read_recording(new).whole
@@ -239,7 +240,7 @@ def test_a_bag_replayed_over_dds_is_recorded_again(ros, tmp_path, source, comman
     robot.last.position = robot.last.velocity = [0.0] * len(original.joint_names)
     robot.call("start")
     kinds = {"joint_states": robot.states, "joint_command": robot.commands}
-    messages = list(read_recording(bag).messages)
+    messages = list(read_messages(bag))
     if commands_first:
         # DDS keeps no order between topics: a command may overtake its state.
         for i in range(1, len(messages)):
@@ -253,5 +254,5 @@ def test_a_bag_replayed_over_dds_is_recorded_again(ros, tmp_path, source, comman
     assert again.joint_names == original.joint_names
     for field in ("stamps", "positions", "velocities", "commands"):
         np.testing.assert_array_equal(getattr(again, field)[1:], getattr(original, field))
-    received = [message.data for message in read_recording(recorded).messages]
+    received = [message.data for message in read_messages(recorded)]
     assert sorted(received[1:]) == sorted(message.data for message in messages)
