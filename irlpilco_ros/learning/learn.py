@@ -131,6 +131,7 @@ def expected_cost(
         layout=task.state_layout,
         cost=_cost(task, settings, settings.imitation, weights),
         approximation=cast(CovarianceApproximation, settings.covariance_approximation),
+        noise=task.state_layout.policy_noise(task.noise),
     )
 
 

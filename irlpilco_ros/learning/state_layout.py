@@ -126,6 +126,19 @@ class StateLayout:
         view: Array = self.extend(states)[..., list(self.policy_inputs or ())]
         return view
 
+    def policy_noise(self, noise: Array) -> Array:
+        """Return the variance of the sensors' noise in what the policy sees, shape (V,).
+
+        Remembered commands have none; sine and cosine of an angle at most that of the angle.
+
+        Args:
+            noise: Standard deviation of each measured state, shape (`measured_size`,).
+        """
+        known = np.zeros(self.controls * self.history)
+        angles = np.repeat(noise[list(self.angles)], 2)
+        variances: Array = np.concatenate([noise, known, angles]) ** 2
+        return variances[list(self.policy_inputs or ())]
+
     def dynamics_view(self, states: Array) -> Array:
         """Return what the dynamics model sees of states (..., D)."""
         view: Array = self.extend(states)[..., list(self.dynamics_inputs or ())]

@@ -97,8 +97,7 @@ class Task:
             object.__setattr__(self, "layout", StateLayout(size))
         if self.state_size != size:
             raise InvalidSettingError(
-                f"the layout is of {self.state_size} states; the demonstrations have "
-                f"{size}"
+                f"the layout is of {self.state_size} states; the demonstrations have {size}"
             )
 
     def _check_limit(self) -> None:

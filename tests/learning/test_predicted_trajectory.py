@@ -127,6 +127,7 @@ def test_one_step_and_its_derivatives_agree_with_the_original(case, given, expec
         0,
         objective.layout,
         known,
+        np.zeros(len(objective.layout.policy_inputs)),
         objective.approximation,
     )
     tolerance = 1e-6 if "rbf" in case else 1e-8

@@ -38,9 +38,11 @@ class Policy(Extension, ABC):
         control_limit: Largest absolute value of each control, shape (F,).
         state_size: Number of state dimensions D that the policy sees.
         searchable: Whether policy search can improve it, so that it may be learned.
+        blend: Part of each control period over which a decision is blended in; 0 holds it.
     """
 
     searchable: ClassVar[bool] = True
+    blend: float = 0.0
     control_limit: Array
     state_size: int
 
@@ -130,6 +132,14 @@ class Policy(Extension, ABC):
         """Return the control (F,) for a state (D,) at a step of the trial, within the limit."""
         moments, _ = self.moments(Gaussian(state, np.zeros((len(state),) * 2)), step, False)
         return moments.mean
+
+    def between(self, time: float) -> Array:
+        """Return the part of the control (F,) that depends on time alone, between the ticks too.
+
+        Args:
+            time: Since the trial's start, in control periods.
+        """
+        return np.zeros(len(self.control_limit))
 
     @abstractmethod
     def moments(

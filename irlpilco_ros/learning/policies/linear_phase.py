@@ -95,7 +95,7 @@ class LinearPhasePolicy(Policy):
         self, state: Gaussian, step: int, gradient: bool = True
     ) -> tuple[Moments, ParameterPullback | None]:
         """Return the exact moments of the control at a Gaussian state and a step of the trial."""
-        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        phase = self._phase(step)
         moments, pull = affine_moments(
             self.weights, self.phase_weights @ phase, self.control_limit, state
         )
@@ -112,7 +112,7 @@ class LinearPhasePolicy(Policy):
         """Return d (mean control) / d parameters, shape (F, p), with the spread held fixed."""
         bias = self._feed_forward(step)
         slope = affine_slope(self.weights, bias, self.control_limit, state)
-        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        phase = self._phase(step)
         return np.hstack([each_row(slope, state.mean), each_row(slope, phase)])
 
     def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array:
@@ -126,18 +126,20 @@ class LinearPhasePolicy(Policy):
 
     def change_metric(self, state: Gaussian, step: int) -> Array:
         """Return the mean square of a change (dW x + dB psi) at a Gaussian state, (p, p)."""
-        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        phase = self._phase(step)
         return affine_metric(len(self.weights), state, phase)
 
     def _feed_forward(self, step: int) -> Array:
-        count = self.phase_weights.shape[1]
-        feed_forward: Array = self.phase_weights @ phase_features(step, count, self.horizon)
+        feed_forward: Array = self.phase_weights @ self._phase(step)
         return feed_forward
+
+    def _phase(self, step: int) -> Array:
+        """Return psi(t) of a step, shape (K,)."""
+        return phase_features(step, self.phase_weights.shape[1], self.horizon)
 
     def _phases(self, steps: Iterable[Any]) -> Array:
         """Return psi(t) of steps (n,), shape (n, K)."""
-        count = self.phase_weights.shape[1]
-        return np.stack([phase_features(int(t), count, self.horizon) for t in steps])
+        return np.stack([self._phase(int(t)) for t in steps])
 
 
 def phase_features(step: int, count: int, horizon: int) -> Array:

@@ -47,16 +47,23 @@ class ModelInput:
 
 
 def model_input(
-    policy: Policy, state: Gaussian, t: int, layout: StateLayout, gradient: bool = True
+    policy: Policy,
+    state: Gaussian,
+    t: int,
+    layout: StateLayout,
+    noise: Array,
+    gradient: bool = True,
 ) -> tuple[ModelInput, InputPullback]:
     """Return the joint Gaussian of state and control at step t, and its pullback.
 
-    With K the policy's expected Jacobian, cov(x, u) = cov(x, policy's view) K'.
+    With K the policy's expected Jacobian, cov(x, u) = cov(x, policy's view) K'. The policy sees
+    what sensors measure: the variance of their noise in each entry, shape (V,), adds to the view's.
     """
     extended, pull_extended = extended_state(state, layout)
     known, viewed = layout.dynamics_block[1][0], layout.policy_block[1][0]
     size = layout.state_size
-    view = Gaussian(extended.mean[viewed], extended.covariance[layout.policy_block])
+    measured = extended.covariance[layout.policy_block] + np.diag(noise)
+    view = Gaussian(extended.mean[viewed], measured)
     control, pull_policy = policy.moments(view, t, gradient)
     with_view = extended.covariance[:, viewed]
     with_control = with_view @ control.jacobian.T

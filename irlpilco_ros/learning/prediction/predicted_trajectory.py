@@ -169,6 +169,7 @@ def predict_trajectory(
     layout: StateLayout,
     approximation: CovarianceApproximation = "first_order",
     gradient: bool = True,
+    noise: Array | None = None,
 ) -> PredictedTrajectory:
     """Return the states that a policy is expected to go through.
 
@@ -180,14 +181,16 @@ def predict_trajectory(
         layout: What model and policy see of the state.
         approximation: "first_order" or "exact", between the outputs of the model.
         gradient: Whether the gradient will be asked for.
+        noise: Variance of the sensors' noise in what the policy sees, shape (V,); None for none.
 
     Raises:
         NumericalError: if a predicted state is not finite.
     """
     state, steps = start, []
     known = KnownPart.of(layout, len(policy.control_limit))
+    seen = np.zeros(len(layout.policy_inputs or ())) if noise is None else noise
     for t in range(horizon):
-        step = predict_step(model, policy, state, t, layout, known, approximation, gradient)
+        step = predict_step(model, policy, state, t, layout, known, seen, approximation, gradient)
         state = step.state
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             raise NumericalError(
@@ -211,6 +214,7 @@ def predict_step(
     t: int,
     layout: StateLayout,
     known: KnownPart,
+    noise: Array,
     approximation: CovarianceApproximation = "first_order",
     gradient: bool = True,
 ) -> Step:
@@ -220,7 +224,7 @@ def predict_step(
     Jacobian of f, cov(w, f) = cov(w, input) V', and in the terms of `KnownPart`
     S[t+1] = M cov(w) M' + N cov(f) N' + M cov(w, f) N' + N cov(f, w) M'.
     """
-    seen, pull_input = model_input(policy, state, t, layout, gradient)
+    seen, pull_input = model_input(policy, state, t, layout, noise, gradient)
     change, pull_model = model.predict(
         seen.mean, seen.covariance, approximation=approximation, gradient=gradient
     )
