@@ -124,6 +124,7 @@ def expected_cost(
     weights: Array,
 ) -> Objective:
     """Return what policy search minimises, as a function of the policy."""
+    noise = task.state_layout.policy_noise(task.noise) if settings.sensor_noise else None
     return Objective(
         model=model,
         start=start_state(task, trials),
@@ -131,7 +132,7 @@ def expected_cost(
         layout=task.state_layout,
         cost=_cost(task, settings, settings.imitation, weights),
         approximation=cast(CovarianceApproximation, settings.covariance_approximation),
-        noise=task.state_layout.policy_noise(task.noise),
+        noise=noise,
     )
 
 

@@ -45,6 +45,11 @@ class LearningSettings:
         minimum=0,
         maximum=100,
     )
+    sensor_noise: bool = setting(
+        True,
+        "Whether predictions count the noise of the measurements that the policy acts on: gains "
+        "stay small, and predicted bands hold what they promise.",
+    )
     hyperprior: str = setting(
         "dimension_scaled",
         "What is expected of the dynamics model's length-scales. dimension_scaled: that they grow "

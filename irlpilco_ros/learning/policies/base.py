@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -158,24 +158,29 @@ class Policy(Extension, ABC):
         nothing = np.zeros_like(moments.covariance), np.zeros_like(moments.jacobian)
         return np.stack([pullback(row, *nothing)[2] for row in np.eye(len(moments.mean))])
 
-    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
-        """Return the Hessian by the parameters (p, p) of tr(cost_weight cov u), as far as gains go.
+    def spread_curvature(
+        self, states: Sequence[Gaussian], steps: Sequence[int], cost_weights: Array
+    ) -> Array | None:
+        """Return the Hessian by the parameters (p, p) of what the controls' spread costs.
+
+        That is sum_t tr(cost_weights[t] cov u[t]), as far as gains go.
 
         Args:
-            state: The state that the policy sees.
-            step: Step of the trial.
-            cost_weight: What spread of the controls costs, positive semidefinite, shape (F, F).
+            states: What the policy sees at each of T steps.
+            steps: Their numbers in the trial.
+            cost_weights: What spread of the controls costs, positive semidefinite, (T, F, F).
 
         Returns:
             A positive semidefinite matrix, or None if this kind of policy does not know it.
         """
         return None
 
-    def change_metric(self, state: Gaussian, step: int) -> Array | None:
-        """Return G (p, p) with d'G d = E |change of the control before squashing|^2.
+    def change_metric(self, states: Sequence[Gaussian], steps: Sequence[int]) -> Array | None:
+        """Return G (p, p) with d'G d = sum_t E |change of the control before squashing|^2.
 
-        The change is that of the parameters by d, the state Gaussian. None if this kind of policy
-        does not know it; policy search then takes all parameters to matter alike.
+        The change is that of the parameters by d, the states Gaussian; arguments as
+        `spread_curvature`. None if this kind of policy does not know it; policy search then takes
+        all parameters to matter alike.
         """
         return None
 

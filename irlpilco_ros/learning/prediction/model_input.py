@@ -30,20 +30,14 @@ class ModelInput:
         covariance: Shape (P, P).
         with_state: cov(x, input), shape (D, P).
         state_jacobian: E d input / d x, through the policy too, shape (P, D).
-        control_sensitivity: Gives d (mean control) / d parameters, shape (F, p).
-        change_metric: Gives the policy's `change_metric` (p, p), if it knows one, with the state
-            spread by a standard deviation more.
-        spread_curvature: From the cost weight of control spread (F, F) to the curvature of its
-            cost by the parameters (p, p); None if the policy does not know it.
+        view: What the policy sees, sensor noise included.
     """
 
     mean: Array
     covariance: Array
     with_state: Array
     state_jacobian: Array
-    control_sensitivity: Callable[[], Array]
-    change_metric: Callable[[float], Array | None]
-    spread_curvature: Callable[[Array], Array | None]
+    view: Gaussian
 
 
 def model_input(
@@ -73,9 +67,7 @@ def model_input(
         joint_covariance(known_block, with_control[known], control.covariance),
         np.concatenate([extended.covariance[:size, known], with_control[:size]], axis=1),
         np.concatenate([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
-        lambda: policy.mean_sensitivity(view, t),
-        lambda spread: policy.change_metric(_widened(view, spread), t),
-        lambda cost_weight: policy.spread_curvature(view, t, cost_weight),
+        view,
     )
     joint = _Joint(layout, with_view, with_control, control.jacobian, pull_policy, pull_extended)
     return seen, joint.pullback
@@ -135,11 +127,6 @@ def joint_covariance(first: Array, cross: Array, second: Array) -> Array:
     joint[size:, :size] = cross.T
     joint[size:, size:] = second
     return joint
-
-
-def _widened(state: Gaussian, deviation: float) -> Gaussian:
-    wider = state.covariance + deviation**2 * np.eye(len(state.mean))
-    return Gaussian(state.mean, wider)
 
 
 def extended_state(state: Gaussian, layout: StateLayout) -> tuple[Moments, ExtendPullback]:

@@ -76,13 +76,13 @@ class PredictedTrajectory:
         means: m[0..H], shape (H + 1, D).
         covariances: S[0..H], shape (H + 1, D, D).
         steps: The steps with their pullbacks, which work if a gradient was asked for.
-        layout: What model and policy saw of the state.
+        policy: What acted.
     """
 
     means: Array
     covariances: Array
     steps: tuple[Step, ...]
-    layout: StateLayout
+    policy: Policy
 
     def gradient(self, means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
         """Return the gradient of an objective by the policy's parameters, in a reverse sweep.
@@ -114,9 +114,9 @@ class PredictedTrajectory:
         The influence of the parameters on the means by way of the covariances is left out.
         """
         sensitivities: list[Array] = []
-        for step in self.steps:
+        for t, step in enumerate(self.steps):
             by_state, by_control = step.jacobians
-            following = by_control @ step.input.control_sensitivity()
+            following = by_control @ self.policy.mean_sensitivity(step.input.view, t)
             if sensitivities:
                 following += by_state @ sensitivities[-1]
             sensitivities.append(following)
@@ -132,16 +132,13 @@ class PredictedTrajectory:
         Args:
             covariances_after_bar: Of each step, as `gradient` returns them, shape (H, D, D).
         """
-        total: Array | None = None
+        control_weights = []
         for step, cost_weight in zip(self.steps, covariances_after_bar, strict=True):
             _, by_control = step.jacobians
             values, vectors = np.linalg.eigh(by_control.T @ cost_weight @ by_control)
-            control_weight = (vectors * np.maximum(values, 0.0)) @ vectors.T
-            own = step.input.spread_curvature(control_weight)
-            if own is None:
-                return None
-            total = own if total is None else total + own
-        return total
+            control_weights.append((vectors * np.maximum(values, 0.0)) @ vectors.T)
+        views = [step.input.view for step in self.steps]
+        return self.policy.spread_curvature(views, range(len(views)), np.stack(control_weights))
 
     def change_metric(self, spread: float) -> Array | None:
         """Return G (p, p): d'G d is what a change d of the parameters does to all controls.
@@ -152,13 +149,11 @@ class PredictedTrajectory:
         Args:
             spread: Standard deviation added to every state.
         """
-        total: Array | None = None
-        for step in self.steps:
-            own = step.input.change_metric(spread)
-            if own is None:
-                return None
-            total = own if total is None else total + own
-        return total
+        views = [
+            Gaussian(view.mean, view.covariance + spread**2 * np.eye(len(view.mean)))
+            for view in (step.input.view for step in self.steps)
+        ]
+        return self.policy.change_metric(views, range(len(views)))
 
 
 def predict_trajectory(
@@ -203,7 +198,7 @@ def predict_trajectory(
         np.stack([state.mean for state in states]),
         np.stack([state.covariance for state in states]),
         tuple(steps),
-        layout,
+        policy,
     )
 
 
