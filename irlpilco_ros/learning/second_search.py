@@ -11,8 +11,8 @@ from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.search.policy_search import SearchResult
 
 MUCH_WORSE = 10.0
-"""Times the predicted cost of before. With new data and weights it also grows where all is well, but
-by a factor of two at the most."""
+"""Times the predicted cost of before. With new data and weights it also grows where all is well,
+but by a factor of two at the most."""
 
 
 def search_twice_if_needed(
