@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.settings import check, setting
 
 # Speeds are measured over this time [s]: within it sensor noise moves a joint by next to nothing.
 _WINDOW = 0.25
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -161,8 +159,7 @@ def _onset(times: Array, positions: Array, settings: MotionSettings) -> _Onset |
 def _speed_before(times: Array, positions: Array, sample: int) -> float:
     """Return the speed of the fastest joint over the window before a sample [rad/s]."""
     # Stamps around 1e9 s are exact to a microsecond only.
-    since = int(np.searchsorted(times, times[sample] - _WINDOW + 1e-6, side="right")) - 1
-    since = max(0, since)
-    if since == sample:
-        since = max(0, sample - 1)
-    return float(np.abs(positions[sample] - positions[since]).max() / (times[sample] - times[since]))
+    before = int(np.searchsorted(times, times[sample] - _WINDOW + 1e-6, side="right")) - 1
+    before = min(max(before, 0), sample - 1)
+    way = np.abs(positions[sample] - positions[before]).max()
+    return float(way / (times[sample] - times[before]))

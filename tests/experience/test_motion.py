@@ -75,9 +75,8 @@ def test_samples_as_far_apart_as_decisions_are_cut_at_samples(before, after):
     shown = read_bag(SWEEP)
     still = [shown.positions[:1]] * before, [shown.positions[-1:]] * after
     positions = np.vstack([*still[0], shown.positions, *still[1]])
-    motion = find_motion(
-        0.5 * np.arange(len(positions)), positions, shown.joint_names, MotionSettings()
-    )
+    times = np.arange(0.0, 0.5 * len(positions), 0.5)
+    motion = find_motion(times, positions, shown.joint_names, MotionSettings())
     assert (motion.begin, motion.end) == (0.5 * before, 0.5 * before + 8.0)
 
 
