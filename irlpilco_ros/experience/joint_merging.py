@@ -126,9 +126,9 @@ class JointMerger:
         return self._named(self._stamps == 0)
 
     @property
-    def newest(self) -> int | None:
-        """Newest stamp of a wanted joint [ns], or None."""
-        return int(self._stamps.max()) or None
+    def newest(self) -> int:
+        """Newest stamp of a wanted joint [ns], 0 if there is none."""
+        return int(self._stamps.max())
 
     @property
     def without_velocities(self) -> tuple[str, ...]:

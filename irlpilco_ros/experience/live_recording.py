@@ -33,6 +33,7 @@ class LiveRecording:
         period: int,
         state_topic: TopicSource,
         command_topic: TopicSource,
+        continuous: Sequence[str] = (),
     ) -> None:
         """Wait for the first sample.
 
@@ -42,6 +43,7 @@ class LiveRecording:
             period: Time between samples as long as there are no commands [ns].
             state_topic: Topic of the joint states.
             command_topic: Topic of the commands.
+            continuous: Those of the joints that turn without end.
         """
         self.path: Path | None = None
         self.failure = ""
@@ -49,7 +51,7 @@ class LiveRecording:
         self._joints = tuple(joints)
         self._merger = JointMerger(joints, period)
         self._sampler = Sampler(joints, period)
-        self._tally = RecordingTally()
+        self._tally = RecordingTally(joints, continuous)
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)
         self._command_topic = cache(command_topic)
@@ -127,7 +129,11 @@ class LiveRecording:
 
     def _samples_of(self, state: Received) -> list[Sample]:
         moment = self._merger.take(state)
-        return [] if moment is None else self._sampler.take_state(moment)
+        if moment is None:
+            return []
+        if moment.whole:
+            self._tally.trace(moment.stamp, self._merger.positions)
+        return self._sampler.take_state(moment)
 
     def _still_there(self) -> list[Sample]:
         if self._writer is not None:
@@ -175,7 +181,7 @@ class LiveRecording:
         why = f" ({', '.join(str(reason) for reason in reasons)})" if reasons else ""
         begin = (silence.begin - self._first) / NANOSECONDS
         if silence.end is None:
-            newest = ((self._merger.newest or self._first) - self._first) / NANOSECONDS
-            return f"{joints} fell silent{why} after {begin:.1f} s, while others went on to {newest:.1f} s"
+            newest = (max(self._merger.newest, self._first) - self._first) / NANOSECONDS
+            return f"{joints} fell silent{why} after {begin:.1f} s of {newest:.1f} s"
         end = (silence.end - self._first) / NANOSECONDS
         return f"{joints} silent from {begin:.1f} s to {end:.1f} s"
