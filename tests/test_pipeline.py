@@ -51,13 +51,7 @@ class Pipeline:
             files=[self.robot],
             wait=False,
         )
-        # A busy computer may silence a simulation in lockstep for a while.
-        graph.start(
-            "irlpilco_ros.nodes.controller",
-            parameters={"state_timeout": 2.0},
-            files=[self.robot],
-            wait=False,
-        )
+        graph.start("irlpilco_ros.nodes.controller", files=[self.robot], wait=False)
         for name in ("baxter_simulator", "demonstrator", "demonstration_recorder", "controller"):
             graph.wait_for_node(name)
         self.demonstration = self._demonstrate()
