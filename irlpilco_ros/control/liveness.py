@@ -37,23 +37,28 @@ class Liveness:
         then, stamp_then = self._sent
         return (stamp - stamp_then) * 1e-9 if self._is_simulated() else now - then
 
-    def silence(self, now: float, timeout: float) -> str:
-        """Say which joints are missing, silent or stuck since `timeout` [s]; empty if none is."""
+    def silence(self, now: float, timeout: float, is_moving: bool) -> str:
+        """Say which joints are missing, silent or stuck since `timeout` [s]; empty if none is.
+
+        Without a motion a simulation may stand still as long as it likes.
+        """
         tracker = self._tracker
         missing = tracker.missing()
         if missing:
             return f"no joint state yet of: {', '.join(missing)}"
+        is_waiting = False
         if self._is_simulated():
             assert self._clock is not None  # else nothing is simulated
             behind = tracker.behind(self._clock, timeout)
             if behind:
                 return _none_for(timeout, behind)
             timeout = LONGEST_STANDSTILL
+            is_waiting = not is_moving or now - self._sent[0] <= timeout
         silent = tracker.silent(now, timeout)
         if silent:
             return _none_for(timeout, silent)
         stuck = tracker.stuck(now, timeout)
-        if not stuck:
+        if is_waiting or not stuck:
             return ""
         assert tracker.stamp is not None  # nothing is missing
         return (

@@ -146,7 +146,9 @@ class MotionControl:
 
     def silence(self, now: float) -> str:
         """Say which joints are missing, silent or stuck [steady clock, s]; empty if none is."""
-        return self._liveness.silence(now, self.settings.state_timeout)
+        return self._liveness.silence(
+            now, self.settings.state_timeout, is_moving=self._motion is not None
+        )
 
     def _check_ready(self, now: float) -> None:
         if not self.enabled:

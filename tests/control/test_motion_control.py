@@ -140,6 +140,15 @@ def test_a_waiting_simulator_may_repeat_a_state_but_not_for_ever(control, outcom
     assert "for 5 s none later than 0.010 s" in outcomes[0].message
 
 
+def test_between_motions_a_simulator_may_wait_as_long_as_it_likes(control, outcomes):
+    for now in range(10, 1000, 2):
+        control.take(sample(0.01), now)
+        control.note_clock(10_000_000)
+    control.start(Trial(Constant(0.1, 0.2), 100, 0.1), 1000.0, outcomes.append)
+    end = watch_until_stopped(control, outcomes, 1000.0, 1010.0, lambda now: sample(0.01))
+    assert 1005.0 < end < 1005.03
+
+
 def test_a_clock_that_goes_on_is_no_excuse(control, outcomes):
     begin(control, outcomes)
 
