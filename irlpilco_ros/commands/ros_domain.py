@@ -7,6 +7,7 @@ import socket
 from collections.abc import MutableMapping
 
 from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.ros.discovery import keep_to_this_host
 
 FIRST_DOMAIN, LAST_DOMAIN = 1, 100
 """Domains whose ports lie below those that Linux hands out to clients."""
@@ -20,12 +21,12 @@ def enter_private_domain(environment: MutableMapping[str, str]) -> int:
 
     A ROS_DOMAIN_ID that is set is kept. Otherwise it is the first free one, counted from this
     process's id, so that several runs started at once do not choose the same. Discovery stays on
-    this computer unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
+    this computer unless somebody opens it on purpose (`keep_to_this_host`).
 
     Raises:
         IrlPilcoError: no domain is free.
     """
-    environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    keep_to_this_host(environment)
     if environment.get("ROS_DOMAIN_ID"):
         return int(environment["ROS_DOMAIN_ID"])
     count = LAST_DOMAIN - FIRST_DOMAIN + 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -26,6 +27,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.ros import discovery
 
 GRACE = 0.1
 """How long callbacks go on after wind_down() [s]."""
@@ -57,6 +59,7 @@ def run_node(
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
         reason is on stderr then.
     """
+    narrowed = discovery.keep_to_this_host(os.environ)
     # rclpy's own handlers would end the context before shutdown() could publish anything.
     rclpy.init(
         args=None if argv is None else list(argv), signal_handler_options=SignalHandlerOptions.NO
@@ -69,6 +72,7 @@ def run_node(
         print(f"error: {error}", file=sys.stderr)
         rclpy.try_shutdown()
         return 1
+    _tell_who_finds_it(node, narrowed)
     try:
         succeeded = _spin_until(stop, node, executor_threads)
     finally:
@@ -78,6 +82,16 @@ def run_node(
         node.destroy_node()
         rclpy.try_shutdown()
     return 0 if succeeded else 1
+
+
+def _tell_who_finds_it(node: Node, narrowed: bool) -> None:
+    if narrowed:
+        node.get_logger().info(
+            "only this computer finds this node, whatever ROS's own SUBNET says; "
+            f"{discovery.RANGE}={discovery.ON_PURPOSE} opens it (docs/security.md)"
+        )
+    if danger := discovery.warning(os.environ):
+        node.get_logger().warning(danger)
 
 
 def _on_signals(stop: threading.Event) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Sequence
+import os
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -14,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.time import Time
 
 from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.discovery import keep_to_this_host
 from irlpilco_ros.ros.learner_progress import LearnerProgress
 from irlpilco_ros.ros.qos import DIAGNOSTICS
 
@@ -43,6 +45,7 @@ class Session:
             name: Name of the node.
             namespace: Its namespace; the services it calls are in there too.
         """
+        keep_to_this_host(os.environ)
         self._context = rclpy.Context()
         # Ctrl-C must raise KeyboardInterrupt here as in any other command.
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
@@ -90,19 +93,25 @@ class Session:
         limit = FOREVER if timeout is None else timeout
         return self.run(self.clients.trigger(service, limit), on_wait)
 
-    def wait_for_services(
-        self, names: Sequence[str], timeout: float, on_wait: Callable[[], None] | None = None
+    def wait_for_nodes(
+        self,
+        services: Mapping[str, Sequence[str]],
+        timeout: float,
+        on_wait: Callable[[], None] | None = None,
     ) -> None:
-        """Wait until all these std_srvs/Trigger services are there.
+        """Wait until nodes are ready: none of their answers to this node will be lost.
+
+        Args:
+            services: By the name of each node the std_srvs/Trigger services of it that will be
+                called; its parameters may be set, too.
+            timeout: How long that may take in all [s].
+            on_wait: As in `run`.
 
         Raises:
-            ServiceError: names the first one that is not there in time [s].
+            ServiceError: names the first service that is not there in time, or the node that is
+                silent.
         """
-        self.run(self._all_there(names, timeout), on_wait)
-
-    async def _all_there(self, names: Sequence[str], timeout: float) -> None:
-        for name in names:
-            await self.clients.wait_for(name, timeout)
+        self.run(self.clients.meet(services, timeout), on_wait)
 
     def _take_progress(self, message: DiagnosticArray) -> None:
         # Between two calls nobody listens, and what is waiting then is about the last one.
