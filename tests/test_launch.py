@@ -171,4 +171,4 @@ def test_without_iterations_the_nodes_start_alone(launch):
 
 def test_only_this_host_finds_what_it_starts(launch):
     launch.start()
-    assert os.environ[discovery.RANGE] == "LOCALHOST"
+    assert os.environ[discovery.PROFILES[0]].endswith("config/this_host.xml")

@@ -86,10 +86,7 @@ def run_node(
 
 def _tell_who_finds_it(node: Node, narrowed: bool) -> None:
     if narrowed:
-        node.get_logger().info(
-            "only this computer finds this node, whatever ROS's own SUBNET says; "
-            f"{discovery.RANGE}={discovery.ON_PURPOSE} opens it (docs/security.md)"
-        )
+        node.get_logger().info(discovery.NARROWED)
     if danger := discovery.warning(os.environ):
         node.get_logger().warning(danger)
 
