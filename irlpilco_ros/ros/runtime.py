@@ -24,10 +24,10 @@ from rclpy.executors import (
     SingleThreadedExecutor,
 )
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.ros import discovery
+from irlpilco_ros.ros.context import RosStartError, begin
 
 GRACE = 0.1
 """How long callbacks go on after wind_down() [s]."""
@@ -59,11 +59,12 @@ def run_node(
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
         reason is on stderr then.
     """
-    narrowed = discovery.keep_to_this_host(os.environ)
-    # rclpy's own handlers would end the context before shutdown() could publish anything.
-    rclpy.init(
-        args=None if argv is None else list(argv), signal_handler_options=SignalHandlerOptions.NO
-    )
+    try:
+        # rclpy's own handlers would end the context before shutdown() could publish anything.
+        narrowed = begin(argv)
+    except RosStartError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     stop = threading.Event()
     _on_signals(stop)
     try:

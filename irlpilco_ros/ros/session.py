@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
 from typing import Any, TypeVar
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rclpy.time import Time
+from rclpy.validate_namespace import validate_namespace
 
 from irlpilco_ros.ros.clients import Clients
-from irlpilco_ros.ros.discovery import keep_to_this_host
+from irlpilco_ros.ros.context import RosStartError, begin
 from irlpilco_ros.ros.learner_progress import LearnerProgress
 from irlpilco_ros.ros.qos import DIAGNOSTICS
 
@@ -44,12 +44,19 @@ class Session:
         Args:
             name: Name of the node.
             namespace: Its namespace; the services it calls are in there too.
+
+        Raises:
+            RosStartError: ROS cannot begin, or the namespace is none.
         """
-        keep_to_this_host(os.environ)
-        self._context = rclpy.Context()
+        namespace = f"/{namespace.strip('/')}"
+        try:
+            validate_namespace(namespace)
+        except InvalidNamespaceException as error:
+            raise RosStartError(" ".join(str(error).replace("^", "").split())) from error
+        self._context = Context()
         # Ctrl-C must raise KeyboardInterrupt here as in any other command.
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name, namespace=namespace or None, context=self._context)
+        begin(["irlpilco"], self._context)
+        self.node = Node(name, namespace=namespace, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.clients = Clients(self.node)

@@ -19,6 +19,12 @@ def test_a_domain_that_is_set_is_kept():
     assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "OFF"
 
 
+@pytest.mark.parametrize("given", ["seven", "-1", "233"])
+def test_a_domain_that_is_none_is_refused(given):
+    with pytest.raises(IrlPilcoError, match=f"ROS_DOMAIN_ID is '{given}'; expected 0 to 232"):
+        enter_private_domain({"ROS_DOMAIN_ID": given})
+
+
 def test_otherwise_it_is_a_free_one_on_this_computer_only():
     environment: dict[str, str] = {}
     domain = enter_private_domain(environment)

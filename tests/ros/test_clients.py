@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from irlpilco_ros.ros.clients import ServiceError
+from irlpilco_ros.ros.context import RosStartError
 from irlpilco_ros.ros.session import Session
 
 pytestmark = pytest.mark.dds
@@ -98,3 +99,12 @@ def test_parameters_of_another_node_are_read(graph, other, monkeypatch):
         assert read == {"gain": 2.5, "mode": "slow"}
         with pytest.raises(ServiceError, match="minimal lacks one of the parameters gain, nothing"):
             caller.run(clients.get_parameters("minimal", ("gain", "nothing")))
+
+
+def test_a_namespace_that_is_none_is_a_sentence(graph, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
+    with pytest.raises(RosStartError, match=r"namespace must not contain .* '/a b'$"):
+        Session("caller", namespace="a b")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "seven")
+    with pytest.raises(RosStartError, match="ROS_DOMAIN_ID is not an integral number"):
+        Session("caller")

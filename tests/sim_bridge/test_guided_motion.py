@@ -93,6 +93,15 @@ def test_files_that_make_no_sense_are_refused(
         load_motion(path)
 
 
+def test_a_few_lines_that_stand_for_gigabytes_are_refused(tmp_path: Path) -> None:
+    bomb = tmp_path / "bomb.yaml"
+    bomb.write_text(
+        "\n".join(["a0: &a0 [0, 0]", *(f"a{n}: &a{n} [*a{n - 1}]" for n in range(1, 9))])
+    )
+    with pytest.raises(InvalidSettingError, match="alias"):
+        load_motion(bomb)
+
+
 def test_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidSettingError, match=r"nowhere\.yaml"):
         load_motion(tmp_path / "nowhere.yaml")
