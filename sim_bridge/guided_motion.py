@@ -128,10 +128,13 @@ def load_motion(path: Path | str = SWEEP) -> GuidedMotion:
     """
     try:
         document = read_yaml(Path(path))
+    except FileError as error:
+        raise InvalidSettingError(f"cannot read a motion: {error}") from error
+    try:
         joints = tuple(str(name) for name in document["joints"])
         positions = np.array(document["positions"], dtype=float)
         interval = float(document["interval"])
-    except (FileError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise InvalidSettingError(
             f"cannot read a motion from {path}: {error!r}; expected the keys joints, interval [s] "
             f"and positions [rad], as in {SWEEP}"
