@@ -14,7 +14,6 @@ from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -32,6 +31,7 @@ from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 
 FIRST_SAMPLE_TIMEOUT = 5.0
 """How long `start` waits for joint states of all joints [s]."""
@@ -61,7 +61,7 @@ class RecorderSettings:
         check(self)
 
 
-class DemonstrationRecorder(Node):
+class DemonstrationRecorder(SuiteNode):
     """The node `demonstration_recorder`."""
 
     def __init__(self) -> None:
