@@ -57,7 +57,9 @@ def test_the_start_costs_nothing(name):
     assert not found.covariances_bar[0].any()
 
 
-@pytest.mark.parametrize("name", ["feature_matching", "feature_expectations", "trajectory_kl"])
+@pytest.mark.parametrize(
+    "name", ["feature_matching", "feature_expectations", "trajectory_kl", "quadratic"]
+)
 def test_curvature_root_is_the_hessian_of_linear_features(name):
     """With joint positions these costs are quadratic in the means: R'R is their Hessian."""
     cost = COSTS[name].__class__(**{**vars(COSTS[name]), "features": JointPositions(K)})
@@ -67,8 +69,9 @@ def test_curvature_root_is_the_hessian_of_linear_features(name):
     assert np.sum(root**2) == pytest.approx(values[0] - 2 * values[1] + values[2], rel=1e-6)
 
 
-def test_curvature_root_of_the_saturating_cost_is_its_hessian_at_the_target():
-    cost = StateCost(JointPositions(K), MEANS[0, :K], PRECISION, discount=0.9)
+@pytest.mark.parametrize("loss", [saturating_loss, quadratic_loss])
+def test_curvature_root_of_a_state_cost_is_its_hessian_at_the_target(loss):
+    cost = StateCost(JointPositions(K), MEANS[0, :K], PRECISION, loss, 0.9)
     target, certain = np.tile(MEANS[0], (H + 1, 1)), np.zeros_like(COVARIANCES)
     change = 1e-3 * np.random.default_rng(2).standard_normal(MEANS.shape)
     values = [cost.evaluate(target + h * change, certain).value for h in (-1.0, 0.0, 1.0)]

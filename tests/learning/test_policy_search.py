@@ -156,8 +156,29 @@ def test_failed_predictions_are_passed_over(optimiser):
     found = search_policy(dataclasses.replace(problem, model=model), [policy()], optimiser, 12)
     assert found.cost < 0.9 * problem.evaluate(policy()).value
     assert found.cost == pytest.approx(problem.evaluate(found.policy).value, rel=1e-12)
-    if optimiser != "lbfgs":  # SciPy's line search gives up
-        assert found.evaluations == 13
+    assert found.evaluations == 13
+
+
+class Walled:
+    """An objective that has no finite value further than a distance from a policy."""
+
+    def __init__(self, problem, centre, distance):
+        self.problem, self.centre, self.distance = problem, centre, distance
+
+    def evaluate(self, policy, gradient=True):
+        if np.linalg.norm(policy.parameters - self.centre.parameters) > self.distance:
+            raise NumericalError("no answer")
+        return self.problem.evaluate(policy, gradient)
+
+
+@pytest.mark.parametrize("optimiser", ["bfgs", "lbfgs"])
+@pytest.mark.parametrize("distance", [3.0, 0.3])
+def test_a_line_search_steps_back_from_where_nothing_can_be_predicted(optimiser, distance):
+    """The best policy is 6.4 away; it is looked for as far as the wall."""
+    problem: Any = Walled(objective(), policy(), distance)
+    found = search_policy(problem, [policy()], optimiser, 30)
+    assert found.evaluations > 25
+    assert np.linalg.norm(found.policy.parameters) > 0.98 * distance
 
 
 def test_no_finite_start_is_an_error_that_says_what_to_do():

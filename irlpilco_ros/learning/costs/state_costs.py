@@ -49,6 +49,8 @@ def quadratic_loss(state: Gaussian, target: Array, precision: Array) -> tuple[fl
 class StateCost:
     """J = sum_t gamma^t loss(phi[t]), t = 1..H.
 
+    Its curvature is that of the loss at the target, where it is positive semidefinite.
+
     Attributes:
         features: What the loss sees of the state.
         target: Wanted features, shape (k,).
@@ -77,9 +79,17 @@ class StateCost:
         means_bar, covariances_bar = predicted.pull(features_bar, spread_bar)
 
         def curvature_root(mean_sensitivities: Array) -> Array:
-            root = np.linalg.cholesky(self.precision + 1e-12 * np.eye(len(self.target))).T
+            root = np.linalg.cholesky(self._hessian() + 1e-12 * np.eye(len(self.target))).T
             rows = root @ predicted.sensitivities(mean_sensitivities)
             rows = np.sqrt(factors)[:, None, None] * rows
             return rows.reshape(-1, rows.shape[-1])
 
         return CostValue(value, means_bar, covariances_bar, curvature_root)
+
+    def _hessian(self) -> Array:
+        """Return the Hessian by the features' means at the target, without spread, (k, k).
+
+        Of any expectation over a Gaussian it is twice the derivative by the covariance.
+        """
+        certain = Gaussian(self.target, np.zeros_like(self.precision))
+        return 2.0 * self.loss(certain, self.target, self.precision)[2]

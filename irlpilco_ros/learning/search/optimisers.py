@@ -21,7 +21,6 @@ FIRST_DAMPING = 3e-2
 _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-7, 1e9
 _PATIENCE = 3  # steps that hardly improve the cost, before the search ends
 _SMALLEST_REDUCTION = 1e-3  # of the cost, in one step
-_INFEASIBLE_COST = 1e30
 _FLAT = 1e-6
 _UNLIMITED = 10**9  # for scipy: the tracker counts evaluations
 _LIFT = 1e-7
@@ -140,7 +139,12 @@ def _damped_step(damped: Array, gradient: Array) -> Array | None:
 def _quasi_newton(
     tracker: Tracker, start: Evaluation, damping: float, method: str, options: Mapping[str, Any]
 ) -> tuple[Evaluation, float]:
-    """BFGS (as PILCO) or L-BFGS (as the thesis), which need the gradient alone, and no damping."""
+    """BFGS (as PILCO) or L-BFGS (as the thesis), which need the gradient alone, and no damping.
+
+    Where the model has no finite answer, the cost is taken for the mirror image of what it is at
+    the best point so far: as high, and rising as steeply towards there as it falls from it. The
+    interpolation of a line search then halves the step, where any huge number would make it 0.
+    """
     from scipy import optimize  # late: it takes as long as all else here
 
     best = start
@@ -152,11 +156,11 @@ def _quasi_newton(
         nonlocal best
         if tracker.exhausted:
             raise _ExhaustedError
-        if not np.isfinite(theta).all():
-            return _INFEASIBLE_COST, np.zeros_like(theta)
-        evaluation = tracker.evaluate(start.policy.with_parameters(theta))
+        evaluation = None
+        if np.isfinite(theta).all():
+            evaluation = tracker.evaluate(start.policy.with_parameters(theta))
         if evaluation is None:
-            return _INFEASIBLE_COST, np.zeros_like(theta)
+            return best.value, -best.gradient()
         if evaluation.value < best.value:
             best = evaluation
         return evaluation.value, evaluation.gradient()
