@@ -49,6 +49,13 @@ running node `ros2 param describe NODE NAME` says the same. The shipped files ar
 [config/baxter_simulator.yaml](../config/baxter_simulator.yaml) (simulated robot),
 [config/sweep.yaml](../config/sweep.yaml) (learner, best settings) and
 [config/thesis.yaml](../config/thesis.yaml) (learner, the thesis's settings).
+
+- A file may be given to several nodes: each takes what is its own. A node that is started with a
+  parameter that no node has ends with a sentence that names it and what may be meant.
+- `ros2 param dump` writes all of a node, and `ros2 param load` or `--params-file` makes it again,
+  bit by bit. Of one request, policy and start are taken together or not at all, the rest singly.
+- An empty list, word or 0 stands for what is not set. A read-only parameter may be set to the value
+  that it has.
 """
 
 POLICY = """\

@@ -49,5 +49,7 @@ def meant(name: str, known: Iterable[str]) -> str:
     """Return what may be meant by the name of a parameter that is not there; empty if nothing."""
     if name in RENAMED:
         return advice(name)
-    near = difflib.get_close_matches(name, [*known, *RENAMED], n=1)
-    return f"is {RENAMED.get(near[0], near[0])} meant?" if near else ""
+    present = {each: each for each in known}
+    present |= {old: new for old, new in RENAMED.items() if new in present}
+    near = difflib.get_close_matches(name, present, n=1)
+    return f"is {present[near[0]]} meant?" if near else ""
