@@ -17,10 +17,10 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from irlpilco_ros.control.controller_settings import ControllerSettings  # noqa: E402
+from irlpilco_ros.experience.recorder_settings import RecorderSettings  # noqa: E402
 from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
 from irlpilco_ros.learning.learning_settings import LearningSettings  # noqa: E402
 from irlpilco_ros.learning.settings import Declaration, declarations  # noqa: E402
-from irlpilco_ros.nodes.demonstration_recorder import RecorderSettings  # noqa: E402
 from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
 from irlpilco_ros.ros.policy_parameters import policy_parameters  # noqa: E402
 from sim_bridge.cart_pole_simulation import CartPoleSettings  # noqa: E402
