@@ -7,6 +7,7 @@ NODE_PARAMETERS = (
     "approach_timeout",
     "command_interface",
     "command_lag",
+    "command_timeout",
     "continuous_joints",
     "control_period",
     "covariance_approximation",
