@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.serialization import serialize_message
 
@@ -65,9 +66,8 @@ def test_what_no_learner_says_does_not_end_the_waiting_for_it(ros, monkeypatch):
     with Session("caller") as caller:
         publisher = ros.publisher(DiagnosticArray, "learner/progress", DIAGNOSTICS, subscribers=1)
         whole = serialize_message(GOOD.to_message(LATER))
-        before_epoch = GOOD.to_message(LATER)
-        before_epoch.header.stamp.sec = -5
-        payloads = [whole[:length] for length in range(0, 60, 7)]
+        before_epoch = GOOD.to_message(Time(sec=-5))
+        payloads = [whole[:length] for length in range(4, 60, 7)]
         payloads += [whole[:20] + b"\xff\xff\xff\x7f" + whole[24:], serialize_message(before_epoch)]
         payloads += [serialize_message(message) for message in MALFORMED]
         said = iter([*payloads, GOOD.to_message(LATER)])
