@@ -53,3 +53,18 @@ def test_the_robot_of_the_package_loads(repository):
     assert robot.control_limit.tolist() == [1.5] * 4 + [4.0] * 3 + [1.5] * 4 + [4.0] * 3
     effort = dataclasses.replace(robot, command_interface="effort")
     assert effort.control_limit[4] == 15.0
+
+
+def test_a_velocity_limit_that_bounds_nothing_is_doubted_or_refused():
+    values = {
+        "joints": ("a", "b", "c"),
+        "unactuated_joints": ("c",),
+        "position_lower": (-1.0,) * 3,
+        "position_upper": (1.0,) * 3,
+    }
+    robot = RobotSettings(**values, velocity_limit=(1.5, 100.0, 1000.0))
+    [doubt] = robot.doubts()
+    assert doubt.startswith("velocity_limit of joint b is 100 rad/s")
+    assert RobotSettings(**values, velocity_limit=(1.5, 4.0, 1000.0)).doubts() == ()
+    with pytest.raises(InvalidSettingError, match=r"expected at most 10000\.0 \[rad/s\]"):
+        RobotSettings(**values, velocity_limit=(1.5, 1e6, 1.0))
