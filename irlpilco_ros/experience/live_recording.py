@@ -59,6 +59,8 @@ class LiveRecording:
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)
         self._command_topic = cache(command_topic)
+        self._all_states = cache(lambda: self._state_topic().at_full_rate)
+        self._all_commands = cache(lambda: self._command_topic().at_full_rate)
         self._moving = False
         self._first = 0
         self._full_rate = full_rate
@@ -139,7 +141,7 @@ class LiveRecording:
         known = self._merger.accepted
         moment = self._merger.take(state)
         if self.samples and self._merger.accepted > known:
-            self._keep(self._state_topic(), state)
+            self._keep(self._all_states(), state)
         if moment is None:
             return []
         if moment.whole:
@@ -148,7 +150,7 @@ class LiveRecording:
 
     def _decisions_of(self, command: Received) -> list[Sample]:
         if self.samples:
-            self._keep(self._command_topic(), command)
+            self._keep(self._all_commands(), command)
         return self._sampler.take_command(command)
 
     def _take(self, sample: Callable[[], list[Sample]]) -> None:
@@ -172,7 +174,7 @@ class LiveRecording:
     def _keep(self, topic: BagTopic, message: Received) -> None:
         """Keep a message at full rate, to be written with the next sample or flush."""
         if self._full_rate:
-            self._pending.append(_entry(topic.at_full_rate, message, message.received))
+            self._pending.append(_entry(topic, message, message.received))
             self._pending_size += len(message.data)
 
     def _write(self, samples: list[Sample]) -> None:
@@ -181,7 +183,7 @@ class LiveRecording:
             if states and not self.samples:
                 self._first = states[-1].stamp
                 for state in states:
-                    self._keep(topic, state)
+                    self._keep(self._all_states(), state)
             # One log time marks the messages of one sample, should there be several.
             messages = [_entry(topic, state, states[-1].received) for state in states]
             if (command := sample.command) is not None:
