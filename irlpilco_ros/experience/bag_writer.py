@@ -16,8 +16,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO, Self
 
-import yaml
-
 from irlpilco_ros.experience.bag_files import (
     METADATA,
     make_hidden_folder,
@@ -25,7 +23,12 @@ from irlpilco_ros.experience.bag_files import (
     publish,
 )
 from irlpilco_ros.experience.bag_message import CUSTOM_RECORD, BagMessage, BagTopic
-from irlpilco_ros.experience.bag_metadata import FileContent, bag_information, metadata_text
+from irlpilco_ros.experience.bag_metadata import (
+    FileContent,
+    bag_information,
+    metadata_text,
+    plain_yaml,
+)
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import BagError, FileError
 from irlpilco_ros.experience.mcap_file import ChunkMessage, McapFile
@@ -151,7 +154,7 @@ class DurableBagWriter:
                 self._begin()
             self._publish()
             information = self._information()
-            text = yaml.safe_dump(information, sort_keys=False)
+            text = plain_yaml(information)
             self._mcap.add_metadata("rosbag2", {"serialized_metadata": text})
             self._mcap.finish()
             self._sync()
@@ -255,7 +258,7 @@ class DurableBagWriter:
             self._schemas[topic.message_type] = self._mcap.add_schema(
                 topic.message_type, topic.definition.encode()
             )
-        profiles = yaml.safe_dump([dict(profile) for profile in topic.qos_profiles])
+        profiles = plain_yaml([dict(profile) for profile in topic.qos_profiles])
         metadata = {"offered_qos_profiles": profiles, "topic_type_hash": topic.type_hash}
         return self._mcap.add_channel(topic.name, self._schemas[topic.message_type], metadata)
 
