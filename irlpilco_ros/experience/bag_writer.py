@@ -32,6 +32,7 @@ from irlpilco_ros.experience.bag_metadata import (
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import BagError, FileError
 from irlpilco_ros.experience.mcap_file import ChunkMessage, McapFile
+from irlpilco_ros.experience.private_folder import make_private
 
 _GONE = "what was recorded is where the bag was moved to, if it was not deleted"
 
@@ -183,7 +184,7 @@ class DurableBagWriter:
     def _begin(self) -> None:
         """Begin the file, in a hidden folder."""
         if self._folder is None:
-            self._parent.mkdir(parents=True, exist_ok=True)
+            make_private(self._parent)
         self._hidden = make_hidden_folder(self._parent)
         # Buffered, and flushed by hand: an unbuffered file may write a part of what it is given.
         self._stream = (self._hidden / "_0.mcap").open("xb")
