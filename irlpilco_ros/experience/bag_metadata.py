@@ -119,7 +119,7 @@ def metadata_text(information: Mapping[str, Any]) -> str:
     return plain_yaml({_HEAD: dict(information)})
 
 
-class _PlainDumper(yaml.SafeDumper):
+class _PlainDumper(yaml.SafeDumper):  # type: ignore[misc]
     """Writes out what stands in several places, where others write an alias."""
 
     def ignore_aliases(self, data: Any) -> bool:
