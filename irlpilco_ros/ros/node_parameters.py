@@ -19,6 +19,7 @@ NODE_PARAMETERS = (
     "effort_limit",
     "evaluations",
     "features",
+    "full_rate",
     "horizon",
     "horizon_stages",
     "hyperprior",
