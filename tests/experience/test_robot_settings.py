@@ -56,15 +56,11 @@ def test_the_robot_of_the_package_loads(repository):
 
 
 def test_a_velocity_limit_that_bounds_nothing_is_doubted_or_refused():
-    values = {
-        "joints": ("a", "b", "c"),
-        "unactuated_joints": ("c",),
-        "position_lower": (-1.0,) * 3,
-        "position_upper": (1.0,) * 3,
-    }
-    robot = RobotSettings(**values, velocity_limit=(1.5, 100.0, 1000.0))
+    robot = dataclasses.replace(ROBOT, velocity_limit=(1.5, 100.0))
     [doubt] = robot.doubts()
-    assert doubt.startswith("velocity_limit of joint b is 100 rad/s")
-    assert RobotSettings(**values, velocity_limit=(1.5, 4.0, 1000.0)).doubts() == ()
+    assert doubt.startswith("velocity_limit of joint wrist is 100 rad/s")
+    # Nobody commands it.
+    assert dataclasses.replace(robot, unactuated_joints=("wrist",)).doubts() == ()
+    assert ROBOT.doubts() == ()
     with pytest.raises(InvalidSettingError, match=r"expected at most 10000\.0 \[rad/s\]"):
-        RobotSettings(**values, velocity_limit=(1.5, 1e6, 1.0))
+        dataclasses.replace(ROBOT, velocity_limit=(1.5, 1e6))
