@@ -20,6 +20,7 @@ NODE_PARAMETERS = (
     "effort_limit",
     "evaluations",
     "features",
+    "full_rate",
     "horizon",
     "horizon_stages",
     "hyperprior",
