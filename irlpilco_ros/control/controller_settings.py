@@ -81,6 +81,11 @@ class ControllerSettings:
         minimum=-1.0,
         maximum=1.0,
     )
+    guide_topic: str = setting(
+        "baxter_simulator/guide",
+        "Where a simulated robot is guided by hand: a message there ends a motion; empty: nowhere.",
+        read_only=True,
+    )
     velocity_controller_output: bool = setting(
         False,
         "Also publish commands on velocity_controller/commands (std_msgs/Float64MultiArray) for "
