@@ -52,8 +52,8 @@ class RobotSettings:
     )
     effort_limit: tuple[float, ...] = setting(
         (),
-        "Largest effort of each joint, [N] if it slides; needed only if command_interface is "
-        "'effort'.",
+        "Largest effort of each joint, [N] if it slides; needed if command_interface is 'effort', "
+        "else a larger one that the joint states tell stops the robot, and empty is no limit.",
         unit="Nm",
         minimum=0.0,
     )
@@ -106,7 +106,7 @@ class RobotSettings:
                 "config/baxter.yaml (--ros-args --params-file config/baxter.yaml)"
             )
         names = ["position_lower", "position_upper", "velocity_limit"]
-        if self.command_interface == "effort":
+        if self.command_interface == "effort" or self.effort_limit:
             names.append("effort_limit")
         for name in names:
             length = len(getattr(self, name))

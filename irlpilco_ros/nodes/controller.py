@@ -9,9 +9,11 @@ import sys
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock as TimeMessage
 from sensor_msgs.msg import JointState
@@ -20,7 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Approach, Command, Motion, Trial
-from irlpilco_ros.control.safety import check_start
+from irlpilco_ros.control.safety import check_start, unlikely_limits
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
@@ -70,10 +72,13 @@ class Controller(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(1.0, self._tell, clock=steady)
+        if settings.command_rate > 0.0:
+            self.create_timer(1.0 / settings.command_rate, self._repeat, clock=steady)
         self._states = SafeSubscription(
             self, JointState, "joint_states", self._take, JOINT_STATES_SUB
         )
         self._times = SafeSubscription(self, TimeMessage, "/clock", self._take_time, CLOCK)
+        self._warn_of_limits(self._robot.control_limit)
         self._tell()
 
     def wind_down(self) -> None:
@@ -107,6 +112,15 @@ class Controller(Node):
         self._states.drain()
         self._send(self._control.watch(time.monotonic()))
 
+    def _repeat(self) -> None:
+        if self._control.motion is not None and not self._control.silence(time.monotonic()):
+            self._send(self._control.last)
+
+    def _warn_of_limits(self, limits: NDArray[np.float64]) -> None:
+        warning = unlikely_limits(self._robot, limits)
+        if warning:
+            self.get_logger().warning(warning)
+
     def _send(self, command: Command | None) -> None:
         if command is not None:
             self._output.send(command)
@@ -124,6 +138,10 @@ class Controller(Node):
         policy = self._policy.policy
         if policy is None:
             return _refusal(response, "there is no policy; set the parameters policy.* first")
+        try:
+            self._control.check_start()
+        except MotionRefusedError as error:
+            return _refusal(response, str(error))
         robot = self._robot
         trial = Trial(PolicyOf(robot.roles, policy), robot.horizon, robot.control_period)
         return await self._move(trial, response)
@@ -172,15 +190,12 @@ class Controller(Node):
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._control.enabled = request.data
-        if not request.data:
-            stopped = self._control.stop("the controller was disabled")
-            self._send(stopped or self._control.zero())
-        self._tell()
+        self.set_parameters([Parameter("enabled", value=bool(request.data))])
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, _: Policy) -> None:
+    def _policy_changed(self, policy: Policy) -> None:
+        self._warn_of_limits(policy.control_limit)
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 
@@ -188,7 +203,7 @@ class Controller(Node):
         check_start(self._robot, settings.start_position, settings.position_margin)
 
     def _apply_settings(self, settings: ControllerSettings) -> None:
-        self._control.settings = settings
+        self._send(self._control.change(settings))
         self._tell()
 
     def _tell(self) -> None:
@@ -204,7 +219,7 @@ class Controller(Node):
             level, message = ERROR, self._fault
             if self._others and self._others not in message:
                 message += f"; {self._others}"
-        elif not control.enabled:
+        elif not control.settings.enabled:
             level, message = WARN, "disabled"
         elif self._others:
             level, message = WARN, self._others
@@ -216,7 +231,7 @@ class Controller(Node):
         else:
             level, message = OK, "idle"
         kind = "none" if policy is None else policy.kind
-        self._health.report(level, message, enabled=control.enabled, policy=kind)
+        self._health.report(level, message, enabled=control.settings.enabled, policy=kind)
 
 
 def _refusal(response: Trigger.Response, reason: str) -> Trigger.Response:
