@@ -34,6 +34,7 @@ NODE_FILES = {
     "demonstrator": ROOT / "sim_bridge/demonstrator_node.py",
 }
 SHARED = {
+    "controller": ROOT / "irlpilco_ros/ros/command_output.py",
     "baxter_simulator": ROOT / "sim_bridge/simulator_node.py",
     "cart_pole_simulator": ROOT / "sim_bridge/simulator_node.py",
 }
@@ -117,6 +118,7 @@ def test_the_parameter_tables_are_those_of_the_code():
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
     assert tables.PAGE.read_text(encoding="utf-8") == tables.page(), "run `make docs`"
+    assert tables.NAMES.read_text(encoding="utf-8") == tables.names(), "run `make docs`"
 
 
 @pytest.mark.dds

@@ -29,6 +29,7 @@ from irlpilco_ros.experience.bag_message import CUSTOM_RECORD, BagMessage, BagTo
 from irlpilco_ros.experience.bag_metadata import FileContent, bag_information, metadata_text
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import BagError, FileError
+from irlpilco_ros.experience.private_folder import make_private
 
 _GONE = "what was recorded is where the bag was moved to, if it was not deleted"
 
@@ -189,7 +190,7 @@ class DurableBagWriter:
     def _begin(self) -> None:
         """Begin the file, in a hidden folder."""
         if self._folder is None:
-            self._parent.mkdir(parents=True, exist_ok=True)
+            make_private(self._parent)
         self._hidden = make_hidden_folder(self._parent)
         # Buffered, and flushed by hand: unbuffered files of mcap's writer end up torn.
         self._stream = (self._hidden / "_0.mcap").open("xb")

@@ -5,6 +5,7 @@
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
         policy_KKK.yaml     its policy, a parameter file of the controller
+        best_policy.yaml    a copy of the policy whose trial was the best so far
         metrics.csv         one row for every trial that was judged
         replay/NNN/         bag of the open-loop replay, the baseline
         report/             index.html
@@ -45,6 +46,7 @@ from irlpilco_ros.experience.metrics import (
     withdraw_metrics,
 )
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
+from irlpilco_ros.experience.private_folder import make_private
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trials import TrialSearch, find_trials
 from irlpilco_ros.learning.iteration import Iteration
@@ -100,6 +102,11 @@ class RunDirectory:
         """Parameter file of an iteration's policy; 0 is the initial policy."""
         return self.path / f"policy_{iteration:03d}.yaml"
 
+    @property
+    def best_policy_file(self) -> Path:
+        """Copy of the policy whose trial was the best so far."""
+        return self.path / "best_policy.yaml"
+
     def iteration_file(self, iteration: int) -> Path:
         """What an iteration found, as npz."""
         return self.path / "iterations" / f"{iteration:03d}.npz"
@@ -122,7 +129,7 @@ class RunDirectory:
         if not os.path.exists(self.path):
             read_demonstrations(demonstration, *_reading(configuration))
         try:
-            self.trials_directory.mkdir(parents=True, exist_ok=True)
+            make_private(self.trials_directory)
             self.iteration_file(0).parent.mkdir(exist_ok=True)
             self._take_lock()
             remove_leftovers(self.path)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock as TimeMessage
@@ -35,18 +34,18 @@ from irlpilco_ros.ros.policy_parameters import PolicyParameters
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 
 WATCH_PERIOD = 0.01
 """How often silence of the joint states is looked for [s]."""
 
 
-class Controller(Node):
+class Controller(SuiteNode):
     """Answers every new joint state with a command while a motion is going on."""
 
     def __init__(self) -> None:
         """Declare parameters, offer services, listen to joint states."""
-        # Unknown names must reach PolicyParameters, which refuses them with a reason.
-        super().__init__("controller", allow_undeclared_parameters=True)
+        super().__init__("controller")
         self._robot = declare_settings(self, RobotSettings)
         settings = declare_settings(
             self, ControllerSettings, apply=self._apply_settings, check=self._check_settings
@@ -194,8 +193,9 @@ class Controller(Node):
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, policy: Policy) -> None:
-        self._warn_of_limits(policy.control_limit)
+    def _policy_changed(self, policy: Policy | None) -> None:
+        if policy is not None:
+            self._warn_of_limits(policy.control_limit)
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -30,6 +29,7 @@ from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 from irlpilco_ros.ros.topic_quality import joint_state_topic
 
 FIRST_SAMPLE_TIMEOUT = 5.0
@@ -44,7 +44,7 @@ _BATCH = 100
 _QUIET = 1.0  # so long without any joint state [s] is worth a word
 
 
-class DemonstrationRecorder(Node):
+class DemonstrationRecorder(SuiteNode):
     """The node `demonstration_recorder`."""
 
     def __init__(self) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
@@ -59,6 +60,7 @@ def read_run(run: RunDirectory) -> RunSummary:
         model=_model(joints, trials, found),
         settings={key: _text(value) for key, value in configuration.items()},
         demonstrations=len(shown),
+        best_command=best_command(run),
         **_words(configuration, joints),
     )
 
