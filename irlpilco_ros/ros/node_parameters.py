@@ -21,7 +21,11 @@ NODE_PARAMETERS = (
     "enabled",
     "evaluations",
     "features",
+<<<<<<< HEAD
     "guide_topic",
+=======
+    "full_rate",
+>>>>>>> main
     "horizon",
     "horizon_stages",
     "hyperprior",
