@@ -16,19 +16,22 @@ class ControllerSettings:
     )
     start_position: tuple[float, ...] = setting(
         (),
-        "Joint positions at which trials start, in the order of `joints`; set with the policy.",
+        "Joint positions at which trials start, in the order of `joints`: controller/move_to_start "
+        "goes there. Set with the policy.",
         unit="rad",
     )
     start_tolerance: float = setting(
         0.002,
-        "How near to its start position each joint must come.",
+        "How near to its start position each joint must come for move_to_start to succeed. Smaller "
+        "takes longer, and is never reached below the noise of measured positions.",
         unit="rad",
         minimum=1e-5,
         maximum=0.5,
     )
     start_speed_tolerance: float = setting(
         0.03,
-        "How slow each joint must be to be at the start; above the noise of measured speeds.",
+        "How slow each joint must be for move_to_start to succeed; must be above the noise of "
+        "measured speeds.",
         unit="rad/s",
         minimum=1e-4,
         maximum=1.0,
@@ -43,28 +46,29 @@ class ControllerSettings:
     )
     approach_speed: float = setting(
         0.4,
-        "Speed of the fastest joint on the way to the start.",
+        "Largest speed of any joint on the way to the start, as far as velocity_limit allows.",
         unit="rad/s",
         minimum=0.01,
         maximum=4.0,
     )
     approach_acceleration: float = setting(
         2.0,
-        "How fast the speed builds up on the way to the start.",
+        "How fast the speed builds up on the way to the start; smaller is gentler.",
         unit="rad/s^2",
         minimum=0.01,
         maximum=100.0,
     )
     approach_gain: float = setting(
         3.0,
-        "Speed per distance near the start; too large a gain overshoots on a slow servo.",
+        "Speed per distance left near the start. Larger arrives sooner, and overshoots on a slow "
+        "servo.",
         unit="1/s",
         minimum=0.1,
         maximum=20.0,
     )
     approach_timeout: float = setting(
         60.0,
-        "Time after which the way to the start has failed.",
+        "Time after which a robot that is not at the start is stopped, and move_to_start fails.",
         unit="s",
         minimum=0.1,
         maximum=600.0,

@@ -21,11 +21,8 @@ NODE_PARAMETERS = (
     "enabled",
     "evaluations",
     "features",
-<<<<<<< HEAD
-    "guide_topic",
-=======
     "full_rate",
->>>>>>> main
+    "guide_topic",
     "horizon",
     "horizon_stages",
     "hyperprior",
