@@ -69,7 +69,8 @@ class RobotSettings:
     effort_limit: tuple[float, ...] = setting(
         (),
         "Largest effort of each joint, [N] if it slides: bounds policies and commands as "
-        "velocity_limit does, if command_interface is 'effort'; else unused.",
+        "velocity_limit does, if command_interface is 'effort'; else a larger one that the joint "
+        "states tell stops the robot, and empty is no limit.",
         unit="Nm",
         minimum=0.0,
         maximum=100_000.0,
@@ -137,7 +138,7 @@ class RobotSettings:
                 "config/baxter.yaml (--ros-args --params-file config/baxter.yaml)"
             )
         names = ["position_lower", "position_upper", "velocity_limit"]
-        if self.command_interface == "effort":
+        if self.command_interface == "effort" or self.effort_limit:
             names.append("effort_limit")
         if self.acceleration_limit:
             names.append("acceleration_limit")
