@@ -28,8 +28,9 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.rollout import Rollout
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import ApproachError
-from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
+from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.sensor_reading import SensorReading
 
 Vector = NDArray[np.float64]
