@@ -27,7 +27,7 @@ class MotionSettings:
         "Whether what stands still before and after the motion of a demonstration is left out.",
     )
     motion_speed: float = setting(
-        0.02,
+        0.01,
         "Speed of the fastest joint from which on a robot moves; above what sensor noise pretends "
         "over 0.25 s.",
         unit="rad/s",

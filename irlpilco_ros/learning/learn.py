@@ -14,7 +14,7 @@ from irlpilco_ros.learning import imitation
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
-from irlpilco_ros.learning.gp.prior_mean import velocity_prior
+from irlpilco_ros.learning.gp.prior_mean import seen_prior, velocity_prior
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -140,6 +140,10 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
     if task.start is not None:
         return task.start
     starts = np.stack([trial.states[0] for trial in trials])
+    angles = list(task.state_layout.angles)
+    # A joint that stands at pi may be read as -pi; that is no other place.
+    turns = np.rint((starts[:, angles] - starts[0, angles]) / (2.0 * np.pi))
+    starts[:, angles] -= 2.0 * np.pi * turns
     variances = np.maximum(starts.var(axis=0) + task.noise**2, task.start_spread**2)
     return Gaussian(starts.mean(axis=0), np.diag(variances))
 
@@ -161,9 +165,7 @@ def _train_model(
     previous: Iteration | None,
     report: _Reporter,
 ) -> DynamicsModel:
-    prior = None
-    if settings.prior_mean == "velocity":
-        prior = velocity_prior(task.control_size, task.dt)
+    prior = _velocity_prior(task) if settings.prior_mean == "velocity" else None
     return train_on_trials(
         trials,
         task.state_layout,
@@ -173,6 +175,16 @@ def _train_model(
         report.model,
         cast(HyperpriorName, settings.hyperprior),
     )
+
+
+def _velocity_prior(task: Task) -> Array:
+    joints = task.state_size // 2
+    if task.control_size != joints:
+        raise InvalidSettingError(
+            f"prior_mean: velocity needs a commanded speed of every joint; {task.control_size} of "
+            f"{joints} joints are commanded: choose prior_mean: zero"
+        )
+    return seen_prior(velocity_prior(joints, task.dt), task.state_layout)
 
 
 def _starting_policies(
