@@ -8,12 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.experience.errors import BagError, IncompleteTrialError
+from irlpilco_ros.experience.motion import unwrapped
+from irlpilco_ros.experience.resampling import measured_velocities
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 
 # A gap between two samples is called missing samples from this many cadences on: ticks fall on
 # joint states, so that two samples are never exactly one control period apart.
 GAP = 1.5
+
+PACE = 0.1
+"""Part of the control period by which the median time between decisions may differ from it."""
 
 
 @dataclass(frozen=True)
@@ -88,37 +93,42 @@ class Trajectory:
             )
         return [self.joint_names.index(joint) for joint in joints]
 
-    def rollout(self, joints: Joints, horizon: int | None = None) -> Rollout:
-        """Return the trial, or the demonstration if there are no commands, as learning sees it.
+    def rollout(
+        self, joints: Joints, horizon: int | None = None, period: float | None = None
+    ) -> Rollout:
+        """Return the trial as learning sees it: all samples with commands.
 
-        A trial is all samples with commands; samples without one that lie between them are left
-        out. Its last command is the zero that the controller sends on x[H]; it is not a control.
-        A demonstration starts with the first sample, and what comes after `horizon` steps is left
-        out.
+        Samples without one that lie between them are left out. Its last command is the zero that
+        the controller sends on x[H]; it is not a control. Velocities that were not recorded are
+        computed from the positions, and joints that turn without end do not wrap.
 
         Args:
             joints: Joints of the learning problem, in its order (J), F of them commanded.
             horizon: Number of control periods H that are expected; None takes what is there.
+            period: Control period that is expected [s]; None takes what is there.
 
         Returns:
-            States (H + 1, 2J) = [positions, velocities] and controls (H, F), all NaN for a
-            demonstration.
+            States (H + 1, 2J) = [positions, velocities] and controls (H, F).
 
         Raises:
             BagError: a joint was not recorded.
-            IncompleteTrialError: samples are missing, or the trial broke off; says where.
+            IncompleteTrialError: nobody commanded the robot, samples are missing, the trial broke
+                off or is another robot's; says where.
         """
         columns, controls = self.columns(joints.names), self.columns(joints.commanded)
         samples = np.flatnonzero(self.commanded)
-        is_trial = len(samples) > 0
-        if not is_trial:
-            samples = self._demonstration(horizon)
-        positions, velocities = self.positions[samples], self.velocities[samples]
-        states = np.hstack([positions[:, columns], velocities[:, columns]])
-        _check_whole(self.stamps[samples], states)
-        if is_trial:
-            self._check_trial(samples, controls, horizon)
-        return Rollout(states, self.commands[samples][:-1, controls])
+        if not len(samples):
+            raise IncompleteTrialError("no command was recorded: it is no trial")
+        stamps, positions = self.stamps[samples], self.positions[samples][:, columns]
+        _check_whole(stamps, positions)
+        self._check_trial(samples, controls, horizon)
+        _check_pace(stamps, period)
+        positions = unwrapped(positions, joints.names, joints.continuous)
+        velocities = self.velocities[samples][:, columns]
+        absent = ~np.isfinite(velocities)
+        if absent.any():
+            velocities = np.where(absent, measured_velocities(stamps, positions), velocities)
+        return Rollout(np.hstack([positions, velocities]), self.commands[samples][:-1, controls])
 
     def _check_trial(self, samples: np.ndarray, controls: list[int], horizon: int | None) -> None:
         """Check that a trial has its end and its length."""
@@ -134,16 +144,6 @@ class Trajectory:
                 f"the trial has {steps}{expected} control periods; it ended at stamp {end:.3f} s"
             )
 
-    def _demonstration(self, horizon: int | None) -> np.ndarray:
-        """Return the samples of the demonstration."""
-        needed = 2 if horizon is None else horizon + 1
-        if len(self) < needed:
-            raise IncompleteTrialError(
-                f"the demonstration has {len(self)} samples; expected at least {needed}: one per "
-                "control period and the last state"
-            )
-        return np.arange(len(self) if horizon is None else needed)
-
 
 def missing_in(stamps: np.ndarray) -> int:
     """Return how many samples the gaps between stamps [s], shape (T,), could have held."""
@@ -152,6 +152,18 @@ def missing_in(stamps: np.ndarray) -> int:
     intervals = np.diff(stamps)
     multiples = intervals / np.median(intervals)
     return int((np.rint(multiples[multiples > GAP]) - 1).clip(min=1).sum())
+
+
+def _check_pace(stamps: np.ndarray, period: float | None) -> None:
+    """Check that a trial was decided once per control period [s]."""
+    if period is None:
+        return
+    usual = float(np.median(np.diff(stamps)))
+    if abs(usual - period) > PACE * period:
+        raise IncompleteTrialError(
+            f"its commands were decided every {usual:.3f} s; the robot's control_period is "
+            f"{period:g} s: it is no trial of this robot"
+        )
 
 
 def _check_whole(stamps: np.ndarray, states: np.ndarray) -> None:

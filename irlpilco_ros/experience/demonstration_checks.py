@@ -1,0 +1,130 @@
+"""Whether a recording can be what a robot is to imitate: one sentence for each fault."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from irlpilco_ros.experience.motion import unwrapped
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.trajectory import GAP, Trajectory
+from irlpilco_ros.learning.numerics.arrays import Array
+
+# What sensors and stamps may be off by, so that nothing is refused for its noise [rad].
+_NOISE = 0.01
+# A robot's own limit is measured on another day than its speed.
+_FASTER = 1.05
+# Part of the speed limit by which a step may differ from the recorded speeds: within a step that
+# is as long as a control period, a hand may well change its speed.
+_UNTRUE = 0.5
+# A step that leads to or from all zeros must be truer than that [rad].
+_JUMP = 0.05
+_COARSE = 1.1  # control periods between samples
+
+
+def faults(shown: Trajectory, robot: RobotSettings) -> list[str]:
+    """Return what keeps a recording from being imitated; nothing if it is sound.
+
+    Args:
+        shown: The robot's joints in their order, with finite positions and velocities, as they
+            were read.
+        robot: Their limits, and which of them turn without end.
+    """
+    return [*_beyond_limits(shown, robot), *_steps(shown, robot), *_pace(shown, robot)]
+
+
+def _beyond_limits(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
+    """Name the joint that is farthest outside its limits; one that turns without end has none."""
+    beyond = np.maximum(robot.lower - shown.positions, shown.positions - robot.upper)
+    beyond[:, _continuous(robot)] = -np.inf
+    sample, joint = np.unravel_index(int(beyond.argmax()), beyond.shape)
+    if beyond[sample, joint] <= _NOISE:
+        return
+    position = shown.positions[sample, joint]
+    sentence = (
+        f"{robot.joints[joint]} is at {position:.4f} rad after {_time(shown, sample):.2f} s, "
+        f"outside its limits [{robot.lower[joint]:g}, {robot.upper[joint]:g}]"
+    )
+    yield sentence + _guess(shown, robot)
+
+
+def _guess(shown: Trajectory, robot: RobotSettings) -> str:
+    """Say what positions outside the limits may be, if it is plain to see."""
+    radians = np.deg2rad(shown.positions)
+    limited = [j for j in range(len(robot.joints)) if j not in _continuous(robot)]
+    fits = (radians >= robot.lower - _NOISE) & (radians <= robot.upper + _NOISE)
+    if np.abs(shown.positions[:, limited]).max() > 2.0 * np.pi and fits[:, limited].all():
+        return "; it looks as if the positions were in degrees, and radians are expected"
+    return ""
+
+
+def _steps(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
+    """Name the step that is too fast, or else the one that is least true to the recorded speeds."""
+    passed = np.diff(shown.stamps)[:, None]
+    places = unwrapped(shown.positions, robot.joints, robot.continuous_joints)
+    steps, limit = np.diff(places, axis=0), np.array(robot.velocity_limit)
+    too_fast = np.abs(steps) - _FASTER * limit * passed - _NOISE
+    if (too_fast > 0.0).any():
+        k, joint = np.unravel_index(int((too_fast / passed).argmax()), steps.shape)
+        speed = abs(steps[k, joint]) / passed[k, 0]
+        yield (
+            f"{robot.joints[joint]} goes from {shown.positions[k, joint]:.4f} to "
+            f"{shown.positions[k + 1, joint]:.4f} rad in {passed[k, 0]:.3f} s, after "
+            f"{_time(shown, k):.2f} s: {speed:.1f} rad/s, where its limit is {limit[joint]:g}"
+            + _reason(shown, k, joint)
+        )
+        return
+    expected = 0.5 * (shown.velocities[1:] + shown.velocities[:-1]) * passed
+    allowed = np.where(_beside_zero(shown)[:, None], _JUMP, _UNTRUE * limit * passed + _NOISE)
+    untrue = np.abs(steps - expected) - allowed
+    if (untrue > 0.0).any():
+        k, joint = np.unravel_index(int((untrue / passed).argmax()), steps.shape)
+        yield (
+            f"{robot.joints[joint]} moves by {steps[k, joint]:.4f} rad in {passed[k, 0]:.3f} s, "
+            f"after {_time(shown, k):.2f} s, where its recorded speeds make "
+            f"{expected[k, joint]:.4f} rad" + _reason(shown, k, joint)
+        )
+
+
+def _beside_zero(shown: Trajectory) -> Array:
+    """Return which steps lead to or from a sample where all joints read zero, shape (n - 1,)."""
+    zero = ~shown.positions.any(axis=1) & (shown.positions.shape[1] > 1)
+    beside: Array = zero[1:] | zero[:-1]
+    return beside
+
+
+def _reason(shown: Trajectory, sample: int, joint: int) -> str:
+    """Say what may be behind a jump from one sample to the next."""
+    before, after = shown.positions[sample], shown.positions[sample + 1]
+    if _beside_zero(shown)[sample]:
+        return "; all joints read zero there, as of a sensor that gives no reading"
+    turns = abs(after[joint] - before[joint]) / (2.0 * np.pi)
+    if 0.8 < turns < 1.2:
+        return "; that is a whole turn: name the joint in continuous_joints if it turns without end"
+    return ""
+
+
+def _pace(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
+    """Say where the recording is too coarse for the control period, or has a hole."""
+    period, passed = robot.control_period, np.diff(shown.stamps)
+    if np.median(passed) > _COARSE * period:
+        yield (
+            f"it has a sample every {np.median(passed):.3f} s, too few for the control_period of "
+            f"{period:g} s: record it at {1.0 / period:g} Hz or more (the recorder's sample_rate)"
+        )
+    elif passed.max() > GAP * period:
+        gap = int(passed.argmax())
+        yield (
+            f"no sample came for {passed[gap]:.3f} s, {_time(shown, gap):.2f} s after the first "
+            f"one; expected one at least every control_period, {period:g} s"
+        )
+
+
+def _continuous(robot: RobotSettings) -> list[int]:
+    return [robot.joints.index(joint) for joint in robot.continuous_joints]
+
+
+def _time(shown: Trajectory, sample: int) -> float:
+    """Return the time since the first sample [s]."""
+    return float(shown.stamps[sample] - shown.stamps[0])
