@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from irlpilco_ros.experience.errors import UnfitDemonstrationError
 from irlpilco_ros.experience.motion import unwrapped
 from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.shown_motion import (
+    ShownMotion,
+    Wanted,
+    Window,
+    samples_of,
+    shown_motions,
+    within,
+)
 from irlpilco_ros.experience.trajectory import GAP, Trajectory
 from irlpilco_ros.learning.numerics.arrays import Array
 
@@ -21,6 +30,36 @@ _UNTRUE = 0.5
 # A step that leads to or from all zeros must be truer than that [rad].
 _JUMP = 0.05
 _COARSE = 1.1  # control periods between samples
+
+
+def wanted_by(robot: RobotSettings, window: Window = ()) -> Wanted:
+    """Return what a robot needs of a recording."""
+    return Wanted(robot.roles, robot.control_period, robot.horizon, robot, window)
+
+
+def checked_motions(
+    recorded: Sequence[Trajectory], robot: RobotSettings, window: Window = ()
+) -> tuple[ShownMotion, ...]:
+    """Return what recordings of one task show, if the robot can imitate it.
+
+    Args:
+        recorded: The recordings.
+        robot: The robot.
+        window: Begin and end of what is imitated, since the first sample [s]; empty for the motion
+            that is found. What lies outside of it is not checked.
+
+    Raises:
+        UnfitDemonstrationError: says all that is wrong.
+        BagError: a joint was not recorded.
+    """
+    wanted = wanted_by(robot, window)
+    for number, each in enumerate(recorded):
+        samples, _ = samples_of(each, wanted)
+        wrong = faults(within(samples, window), robot)
+        if wrong:
+            which = f"number {number + 1} of {len(recorded)}: " if len(recorded) > 1 else ""
+            raise UnfitDemonstrationError(which + "; ".join(wrong))
+    return shown_motions(recorded, wanted)
 
 
 def faults(shown: Trajectory, robot: RobotSettings) -> list[str]:

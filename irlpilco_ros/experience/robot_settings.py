@@ -22,7 +22,7 @@ from irlpilco_ros.learning.settings import check, extension_settings, options_of
 
 @dataclass(frozen=True)
 class RobotSettings(MotionSettings):
-    """Joints, limits and rates of one robot, and what of it is motion; J joints in the order of the state [q, q_dot].
+    """Joints, limits and rates of one robot; J joints in the order of the state [q, q_dot].
 
     Settings of features are in `options`, named `<feature>.<setting>`.
 

@@ -166,9 +166,9 @@ def _check_pace(stamps: np.ndarray, period: float | None) -> None:
         )
 
 
-def _check_whole(stamps: np.ndarray, states: np.ndarray) -> None:
+def _check_whole(stamps: np.ndarray, positions: np.ndarray) -> None:
     """Check that no sample is missing between the first and the last."""
-    blank = np.flatnonzero(np.isnan(states).any(axis=1))
+    blank = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(blank):
         raise IncompleteTrialError(
             f"sample {blank[0]} at stamp {stamps[blank[0]]:.3f} s has a command but no joint state"
