@@ -86,6 +86,7 @@ LEARNING = (
     "search",
     "judgement",
     "iteration",
+    "second_search",
     "learn",
     "apprenticeship",
 )

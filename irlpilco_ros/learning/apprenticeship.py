@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.iteration import Iteration, Progress
+from irlpilco_ros.learning.judgement import trial_error
 from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.policies import Policy
@@ -30,6 +31,7 @@ class LearningLoop:
         settings: How.
         trials: Every trial so far, in the order they were made.
         last: The last iteration; None before the first.
+        best: The iteration whose trial was the best so far; None before the first trial.
     """
 
     def __init__(
@@ -38,21 +40,31 @@ class LearningLoop:
         settings: LearningSettings,
         trials: Sequence[Rollout] = (),
         last: Iteration | None = None,
+        best: Iteration | None = None,
     ) -> None:
-        """Begin, or go on with trials that were made and the last iteration so far.
+        """Begin, or go on with trials that were made, the last iteration so far and the best.
+
+        If the best is not told, it is the best of those that will be tried.
 
         Raises:
-            InvalidSettingError: the last iteration learned from more trials than there are.
+            InvalidSettingError: the last iteration learned from more trials than there are, or the
+                best was not tried.
         """
         if last is not None and last.index > len(trials):
             raise InvalidSettingError(
                 f"the last iteration learned from {last.index} trials, but {len(trials)} were "
                 "given; hand in all trials so far"
             )
+        if best is not None and best.index >= len(trials):
+            raise InvalidSettingError(
+                f"the best iteration is {best.index}, but {len(trials)} trials were given; hand in "
+                "the trial of its policy, too"
+            )
         self.task = task
         self.settings = settings
         self.trials = list(trials)
         self.last = last
+        self.best = best
 
     @property
     def finished(self) -> bool:
@@ -74,7 +86,7 @@ class LearningLoop:
         """
         if self.last is None or self.last.index < len(self.trials):
             if self.trials:
-                last = learn(self.task, self.settings, self.trials, self.last, progress)
+                last = learn(self.task, self.settings, self.trials, self.last, progress, self.best)
             else:
                 last = Iteration(0, initial_policy(self.task, self.settings))
             self.last = last
@@ -84,14 +96,18 @@ class LearningLoop:
         """Take in the trial of what was proposed last, and return that iteration with it.
 
         Raises:
-            InvalidSettingError: nothing is proposed that has not been tried.
+            InvalidSettingError: nothing is proposed that has not been tried, or the trial does not
+                fit the task.
         """
         if self.last is None or self.last.index < len(self.trials):
             raise InvalidSettingError(
                 f"trial {len(self.trials)} belongs to no iteration; call propose() before it"
             )
+        error = trial_error(self.task, trial)
         self.trials.append(trial)
         self.last = dataclasses.replace(self.last, tried=trial)
+        if self.best is None or error < trial_error(self.task, self.trials[self.best.index]):
+            self.best = self.last
         return self.last
 
 
@@ -102,6 +118,7 @@ def apprenticeship(
     trials: Sequence[Rollout] = (),
     last: Iteration | None = None,
     progress: Callable[[Progress], None] | None = None,
+    best: Iteration | None = None,
 ) -> Iterator[Iteration]:
     """Run IRL/PILCO (thesis Algorithm 3): imitate the task's demonstrations.
 
@@ -115,6 +132,8 @@ def apprenticeship(
         trials: Trials of a run that is taken up, in the order they were made.
         last: Its last iteration; if its policy has not been tried yet, that is what comes first.
         progress: Told where learning stands; whatever it raises ends the loop.
+        best: The iteration of a run that is taken up whose trial was the best; a search that comes
+            out much worse than before starts again from its policy.
 
     Yields:
         Each iteration with its trial, until `settings.margin_tolerance` is met: a caller that wants
@@ -126,7 +145,7 @@ def apprenticeship(
     """
     if not task.demonstrations:
         raise InvalidSettingError("the task has no demonstration to imitate; pilco() takes a cost")
-    return _iterations(LearningLoop(task, settings, trials, last), run_trial, progress)
+    return _iterations(LearningLoop(task, settings, trials, last, best), run_trial, progress)
 
 
 def pilco(
@@ -136,6 +155,7 @@ def pilco(
     trials: Sequence[Rollout] = (),
     last: Iteration | None = None,
     progress: Callable[[Progress], None] | None = None,
+    best: Iteration | None = None,
 ) -> Iterator[Iteration]:
     """Run classical PILCO (thesis Algorithm 2; Deisenroth & Rasmussen 2011): a cost is given.
 
@@ -145,7 +165,7 @@ def pilco(
     """
     if task.cost is None:
         raise InvalidSettingError("the task has no cost; apprenticeship() imitates demonstrations")
-    return _iterations(LearningLoop(task, settings, trials, last), run_trial, progress)
+    return _iterations(LearningLoop(task, settings, trials, last, best), run_trial, progress)
 
 
 def _iterations(

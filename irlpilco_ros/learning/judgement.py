@@ -38,3 +38,15 @@ def judge(task: Task, trial: Rollout) -> Errors:
     deviations = task.feature_map.of(trial.states) - task.reference_features()
     mse = float(np.mean(deviations[1:] ** 2))
     return Errors(rmse=float(np.sqrt(mse)), mse=mse)
+
+
+def trial_error(task: Task, trial: Rollout) -> float:
+    """Return what the best of several trials has the least of: error (6.1), or a given cost.
+
+    Raises:
+        InvalidSettingError: as `judge`.
+    """
+    if task.cost is None:
+        return judge(task, trial).mse
+    steps, size = trial.states.shape
+    return task.cost.evaluate(trial.states, np.zeros((steps, size, size))).value

@@ -30,6 +30,7 @@ from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
+from irlpilco_ros.learning.second_search import search_twice_if_needed
 from irlpilco_ros.learning.starts.initial_policy import initial_policy, random_policy, zero_policy
 from irlpilco_ros.learning.starts.inverse_policy import inverse_policy
 from irlpilco_ros.learning.starts.random_start import random_start
@@ -43,6 +44,7 @@ def learn(
     trials: Sequence[Rollout],
     previous: Iteration | None = None,
     progress: Callable[[Progress], None] | None = None,
+    best: Iteration | None = None,
 ) -> Iteration:
     """Do one pass: cost weights if there is a demonstration, dynamics model, policy search.
 
@@ -54,6 +56,8 @@ def learn(
         trials: Every trial so far, in the order they were made, with their controls.
         previous: The iteration before, for warm starts; None for the first.
         progress: Told where learning stands; whatever it raises cancels learning.
+        best: The iteration whose trial was the best so far, to start again from its policy if the
+            search comes out much worse than before; None for the one before.
 
     Raises:
         InvalidSettingError: if there is no trial, or one that does not fit the task.
@@ -69,11 +73,12 @@ def learn(
         model = _train_model(task, settings, trials, previous, report)
         trained = time.perf_counter()
         objective = expected_cost(task, settings, model, trials, weights)
-        if task.cost is not None:
-            found = _search_given_cost(task, settings, objective, previous, report)
-        else:
-            starts = _starting_policies(task, settings, model, previous)
-            found = _search_imitation(task, settings, objective, weights, starts, report)
+        found, notes = search_twice_if_needed(
+            lambda starts: _search(task, settings, objective, weights, starts, report),
+            _starting_policies(task, settings, model, objective.start, previous),
+            previous,
+            best,
+        )
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()
     return Iteration(
@@ -89,7 +94,7 @@ def learn(
         model_seconds=trained - began,
         policy_seconds=searched - trained,
         learned=margin <= settings.margin_tolerance,
-        notes=model.notes,
+        notes=(*model.notes, *notes),
     )
 
 
@@ -188,8 +193,14 @@ def _velocity_prior(task: Task) -> Array:
 
 
 def _starting_policies(
-    task: Task, settings: LearningSettings, model: DynamicsModel, previous: Iteration | None
+    task: Task,
+    settings: LearningSettings,
+    model: DynamicsModel,
+    start: Gaussian,
+    previous: Iteration | None,
 ) -> list[Policy]:
+    if task.cost is not None:  # as in PILCO
+        return [previous.policy if previous is not None else random_start(task, settings, start)]
     zero = zero_policy(task, settings)
     first = initial_policy(task, settings)
     if not first.searchable:  # random controls
@@ -204,7 +215,7 @@ def _starting_policies(
     return [policies[name]() for name in dict.fromkeys(settings.starts)]
 
 
-def _search_imitation(
+def _search(
     task: Task,
     settings: LearningSettings,
     objective: Objective,
@@ -212,7 +223,11 @@ def _search_imitation(
     starts: Sequence[Policy],
     report: _Reporter,
 ) -> SearchResult:
-    """Return the best policy found from the starts."""
+    """Return the best policy found from the starts; where a cost is given, from the only one."""
+    if task.cost is not None:
+        return search_beginning_first(
+            objective, starts[0], settings.optimiser, settings.evaluations, report.policy
+        )
     way = _way(settings, settings.imitation)
     stepwise = way.stepwise_cost(task, weights / task.scale**2)
     if stepwise is not None and settings.horizon_stages > 1:
@@ -241,23 +256,6 @@ def _search_imitation(
         )
         starts = [found.policy]
     return found
-
-
-def _search_given_cost(
-    task: Task,
-    settings: LearningSettings,
-    objective: Objective,
-    previous: Iteration | None,
-    report: _Reporter,
-) -> SearchResult:
-    """Return the policy found from the last one, as in PILCO."""
-    if previous is not None:
-        policy = previous.policy
-    else:
-        policy = random_start(task, settings, objective.start)
-    return search_beginning_first(
-        objective, policy, settings.optimiser, settings.evaluations, report.policy
-    )
 
 
 def _check_trials(task: Task, trials: Sequence[Rollout]) -> None:
@@ -297,6 +295,7 @@ class _Reporter:
             tries = len(dict.fromkeys(settings.starts)) + settings.horizon_stages - 2
             self._evaluations = settings.evaluations + settings.screening_evaluations * tries
         self._search, self._searches = 0, 1
+        self._reached = 0.0
 
     def search(self, number: int, searches: int) -> None:
         """One search begins, of several that follow each other."""
@@ -312,6 +311,7 @@ class _Reporter:
         if self._progress is None:
             return
         done = (self._search + min(1.0, evaluations / self._evaluations)) / self._searches
-        fraction = self.MODEL_PART + (1.0 - self.MODEL_PART) * done
+        # A second search from the best policy finds everything done already.
+        self._reached = max(self._reached, self.MODEL_PART + (1.0 - self.MODEL_PART) * done)
         message = f"searching the policy: cost {cost:.4g} after {evaluations} evaluations"
-        self._progress(Progress("policy", fraction, cost, evaluations, message))
+        self._progress(Progress("policy", self._reached, cost, evaluations, message))
