@@ -77,7 +77,7 @@ def _beyond_limits(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
     """Name the joint that is farthest outside its limits; one that turns without end has none."""
     beyond = np.maximum(robot.lower - shown.positions, shown.positions - robot.upper)
     beyond[:, _continuous(robot)] = -np.inf
-    sample, joint = np.unravel_index(int(beyond.argmax()), beyond.shape)
+    sample, joint = _worst(beyond)
     if beyond[sample, joint] <= _NOISE:
         return
     position = shown.positions[sample, joint]
@@ -105,7 +105,7 @@ def _steps(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
     steps, limit = np.diff(places, axis=0), np.array(robot.velocity_limit)
     too_fast = np.abs(steps) - _FASTER * limit * passed - _NOISE
     if (too_fast > 0.0).any():
-        k, joint = np.unravel_index(int((too_fast / passed).argmax()), steps.shape)
+        k, joint = _worst(too_fast / passed)
         speed = abs(steps[k, joint]) / passed[k, 0]
         yield (
             f"{robot.joints[joint]} goes from {shown.positions[k, joint]:.4f} to "
@@ -118,7 +118,7 @@ def _steps(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
     allowed = np.where(_beside_zero(shown)[:, None], _JUMP, _UNTRUE * limit * passed + _NOISE)
     untrue = np.abs(steps - expected) - allowed
     if (untrue > 0.0).any():
-        k, joint = np.unravel_index(int((untrue / passed).argmax()), steps.shape)
+        k, joint = _worst(untrue / passed)
         yield (
             f"{robot.joints[joint]} moves by {steps[k, joint]:.4f} rad in {passed[k, 0]:.3f} s, "
             f"after {_time(shown, k):.2f} s, where its recorded speeds make "
@@ -158,6 +158,12 @@ def _pace(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
             f"no sample came for {passed[gap]:.3f} s, {_time(shown, gap):.2f} s after the first "
             f"one; expected one at least every control_period, {period:g} s"
         )
+
+
+def _worst(excess: Array) -> tuple[int, int]:
+    """Return sample and joint of the largest of the numbers (n, J)."""
+    sample, joint = divmod(int(excess.argmax()), excess.shape[1])
+    return sample, joint
 
 
 def _continuous(robot: RobotSettings) -> list[int]:

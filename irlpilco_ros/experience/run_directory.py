@@ -1,7 +1,8 @@
 """The run directory: everything that one run of learning has recorded and found out.
 
     RUN/config.yaml         what was asked for
-        demonstration/      copy of the demonstration's bag, or of several as demonstration/NNN
+        demonstration/      copy of the demonstration's bag, or of several as demonstration/NNN;
+                            demonstration.replaced is one that nothing was learned from
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
         policy_KKK.yaml     its policy, a parameter file of the controller
@@ -36,7 +37,7 @@ from irlpilco_ros.experience.demonstrations import (
     same_demonstrations,
 )
 from irlpilco_ros.experience.durable import remove_leftovers
-from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.iteration_file import read_iteration_file, write_iteration_file
 from irlpilco_ros.experience.metrics import (
     MetricsRow,
@@ -51,6 +52,12 @@ from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
+
+REPLACED = ".replaced"
+"""What the name of a demonstration ends with that another one took the place of."""
+
+WINDOW = "demonstration_window"
+"""Key of the part of the demonstration that is imitated, if one was named."""
 
 
 class RunDirectory:
@@ -174,6 +181,10 @@ class RunDirectory:
         numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
         return tuple(k for k in numbers if self.policy_file(k).exists())
 
+    def has_learned(self) -> bool:
+        """Whether a trial was recorded: from then on the demonstration stays what it is."""
+        return bool(self.trial_bags()) or self.metrics_file.exists()
+
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
 
@@ -196,7 +207,9 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return next((row for row in rows if row.iteration is None), None)
 
-    def read_trial(self, bag: Path, joints: Joints, horizon: int) -> Rollout:
+    def read_trial(
+        self, bag: Path, joints: Joints, horizon: int, period: float | None = None
+    ) -> Rollout:
         """Return the whole trial in a bag.
 
         Raises:
@@ -204,9 +217,11 @@ class RunDirectory:
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return read_bag(bag, *self._how_to_read()).rollout(joints, horizon)
+        return read_bag(bag, *self._how_to_read()).rollout(joints, horizon, period)
 
-    def search_trials(self, joints: Joints, horizon: int, since: int = 0) -> TrialSearch:
+    def search_trials(
+        self, joints: Joints, horizon: int, since: int = 0, period: float | None = None
+    ) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
 
         A trial belongs to the iteration whose policy gives its very commands on its states
@@ -217,12 +232,13 @@ class RunDirectory:
             joints: Joints of the run, in order.
             horizon: Control periods of a trial.
             since: First iteration to look for; the bags of judged ones before it are not read.
+            period: Control period that trials must have [s]; None for any.
         """
         judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
         policies = self._policies(since) if bags else {}
         return find_trials(
-            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon)
+            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon, period)
         )
 
     def set_aside(self, bag: Path) -> Path:
@@ -345,7 +361,14 @@ class RunDirectory:
                 )
             write_configuration(self.configuration_file, configuration)
             return
-        differences = differing_keys(self.configuration(), configuration)
+        before = self.configuration()
+        differences = differing_keys(before, configuration)
+        if differences and not self.has_learned():  # another part of the demonstration may be named
+            before.pop(WINDOW, None)
+            named = {WINDOW: configuration[WINDOW]} if WINDOW in configuration else {}
+            differences = differing_keys({**before, **named}, configuration)
+            if not differences:
+                write_configuration(self.configuration_file, configuration)
         if differences:
             raise RunDirectoryError(
                 f"{self.path} was begun with another configuration: {'; '.join(differences)}. "
@@ -354,14 +377,24 @@ class RunDirectory:
 
     def _claim_demonstration(self, demonstration: Path) -> None:
         copy = self.demonstration_directory
-        if not copy.exists():
+        if copy.exists():
+            if demonstration.absolute() == copy or same_demonstrations(demonstration, copy):
+                return
+            if self.has_learned():
+                raise RunDirectoryError(
+                    f"{self.path} was begun with another demonstration: {demonstration} differs "
+                    f"from the copy in {copy}. Choose another run directory, or the demonstration "
+                    "of before"
+                )
+        replaced = first_free(suffixed(copy, REPLACED)) if copy.exists() else None
+        if replaced is not None:
+            copy.rename(replaced)
+        try:
             copy_demonstrations(demonstration, copy)
-        elif demonstration.absolute() != copy and not same_demonstrations(demonstration, copy):
-            raise RunDirectoryError(
-                f"{self.path} was begun with another demonstration: {demonstration} differs from "
-                f"the copy in {copy}. Choose another run directory, or the demonstration of "
-                "before"
-            )
+        except BagError:
+            if replaced is not None:
+                replaced.rename(copy)
+            raise
 
 
 def _reading(configuration: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class Wanted:
     joints: Joints
     period: float
     horizon: int = 0
-    motion: MotionSettings = MotionSettings()
+    motion: MotionSettings = field(default_factory=MotionSettings)
     window: Window = ()
 
 
@@ -211,7 +211,7 @@ def _on_ticks(
     if motion is not None:
         begin, end = motion.begin, motion.end
     begin, horizon = _extent(begin, end, float(times[-1]), wanted, motion)
-    ticks = begin + wanted.period * np.arange(horizon + 1)
+    ticks = begin + wanted.period * np.arange(horizon + 1.0)
     places = unwrapped(samples.positions, samples.joint_names, wanted.joints.continuous)
     states = resample(times, places, samples.velocities, ticks)
     left = end - ticks[-1]

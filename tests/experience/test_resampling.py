@@ -23,7 +23,7 @@ def cubic(times, seed=0):
 def test_a_cubic_is_given_back_whatever_the_stamps(steps, parts, seed):
     times = np.cumsum([0.3, *steps])
     ticks = times[0] + np.array(parts) * (times[-1] - times[0])
-    found = resample(times, *cubic(times, seed), ticks)
+    found = resample(times, cubic(times, seed)[0], cubic(times, seed)[1], ticks)
     np.testing.assert_allclose(found, np.hstack(cubic(ticks, seed)), rtol=1e-6, atol=5e-3)
     near = np.abs(times[:, None] - ticks).min(axis=0) <= 1e-4
     np.testing.assert_allclose(
@@ -42,8 +42,8 @@ def test_samples_on_the_ticks_stay_as_they_are(epoch):
 
 def test_beyond_the_recording_the_robot_stands():
     times = np.array([1.0, 2.0])
-    found = resample(times, *cubic(times), np.array([0.5, 1.0, 2.0, 2.5]))
     positions, velocities = cubic(times)
+    found = resample(times, positions, velocities, np.array([0.5, 1.0, 2.0, 2.5]))
     np.testing.assert_array_equal(found[:, :2], positions[[0, 0, 1, 1]])
     np.testing.assert_array_equal(found[[0, 3], 2:], 0.0)
     np.testing.assert_array_equal(found[[1, 2], 2:], velocities)

@@ -66,7 +66,10 @@ def test_it_is_the_whole_prior_where_all_is_seen():
 
 def test_trials_that_begin_on_either_side_of_pi_begin_at_one_place():
     task = turned(np.pi)
-    starts = [task.reference_states(), task.reference_states() - 2.0 * np.pi * np.eye(2 * JOINTS)[0]]
+    starts = [
+        task.reference_states(),
+        task.reference_states() - 2.0 * np.pi * np.eye(2 * JOINTS)[0],
+    ]
     trials = [Rollout(states, np.zeros((len(states) - 1, JOINTS))) for states in starts]
     np.testing.assert_allclose(start_state(task, trials).mean, starts[0][0])
     assert start_state(task, trials).covariance.max() < 1e-3
