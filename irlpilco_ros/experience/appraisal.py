@@ -88,7 +88,5 @@ def _fastest(shown: ShownMotion, robot: RobotSettings) -> str:
     speeds = np.abs(np.diff(states[:, :joints], axis=0)).max(axis=0) / robot.control_period
     limit = np.maximum(np.array(robot.velocity_limit), 1e-9)
     joint = int((speeds / limit).argmax())
-    return (
-        f"{robot.joints[joint]} needs {speeds[joint]:.3f} rad/s of its {limit[joint]:g} between two "
-        "decisions"
-    )
+    needed = f"{robot.joints[joint]} needs {speeds[joint]:.3f} rad/s between two decisions"
+    return f"{needed}, its limit is {limit[joint]:g}"

@@ -140,6 +140,19 @@ def configuration(
     return {key: value for key, value in values.items() if key not in WITHOUT_EFFECT}
 
 
+def check_demonstration(
+    directory: RunDirectory, source: Path, robot: RobotSettings, topic: str, window: Window
+) -> None:
+    """Check that a run can take bags for its demonstration; arguments as `Apprenticeship.open`.
+
+    Raises:
+        RunDirectoryError: the run has learned from another one.
+        BagError: it cannot be read, or this robot cannot imitate it.
+    """
+    checked_demonstrations(source, robot, topic, window)
+    directory.check_demonstration(source)
+
+
 class Apprenticeship:
     """One run of Algorithm 3, from wherever its run directory says that it stands.
 
@@ -147,7 +160,7 @@ class Apprenticeship:
         directory: The run directory, claimed for writing.
         task: The learning problem.
         shown: What the demonstrations show.
-        notes: What its user should know of the demonstration, and of bags that could not be read.
+        notes: What its user should know of bags that could not be read.
     """
 
     def __init__(
@@ -219,6 +232,15 @@ class Apprenticeship:
             directory.release()
             raise
         return run
+
+    def about_demonstration(self) -> list[str]:
+        """Return a line for each demonstration: what of it is imitated, and what to know of it."""
+        lines = []
+        for each in self.shown:
+            what = each.motion.sentence() if each.motion else f"imitated from {each.begin:.1f} s on"
+            steps = f"{each.rollout.steps} decisions of {self.task.dt:g} s"
+            lines.append("; ".join([f"demonstration: {what}; {steps}", *each.notes]))
+        return lines
 
     @property
     def next_index(self) -> int:

@@ -375,17 +375,28 @@ class RunDirectory:
                 "Choose another run directory, or ask for the same as before"
             )
 
+    def check_demonstration(self, demonstration: Path) -> None:
+        """Check that a demonstration is the run's own, or that the run has learned nothing yet.
+
+        Raises:
+            RunDirectoryError: the run was begun with another one.
+        """
+        copy = self.demonstration_directory
+        if copy.exists() and self.has_learned() and not self._is_own(demonstration):
+            raise RunDirectoryError(
+                f"{self.path} was begun with another demonstration: {demonstration} differs from "
+                f"the copy in {copy}. Choose another run directory, or the demonstration of before"
+            )
+
+    def _is_own(self, demonstration: Path) -> bool:
+        copy = self.demonstration_directory
+        return demonstration.absolute() == copy or same_demonstrations(demonstration, copy)
+
     def _claim_demonstration(self, demonstration: Path) -> None:
         copy = self.demonstration_directory
-        if copy.exists():
-            if demonstration.absolute() == copy or same_demonstrations(demonstration, copy):
-                return
-            if self.has_learned():
-                raise RunDirectoryError(
-                    f"{self.path} was begun with another demonstration: {demonstration} differs "
-                    f"from the copy in {copy}. Choose another run directory, or the demonstration "
-                    "of before"
-                )
+        if copy.exists() and self._is_own(demonstration):
+            return
+        self.check_demonstration(demonstration)
         replaced = first_free(suffixed(copy, REPLACED)) if copy.exists() else None
         if replaced is not None:
             copy.rename(replaced)

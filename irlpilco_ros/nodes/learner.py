@@ -20,10 +20,16 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan, TrialReport
+from irlpilco_ros.experience.apprenticeship import (
+    Apprenticeship,
+    Plan,
+    TrialReport,
+    check_demonstration,
+)
+from irlpilco_ros.experience.errors import UnfitDemonstrationError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
-from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.settings import check, setting
@@ -69,6 +75,12 @@ class RunSettings:
         "Topic of joint states to take of bags where several tell the same joints; empty if there "
         "is none to choose.",
     )
+    demonstration_window: tuple[float, ...] = setting(
+        (),
+        "Begin and end of the part of the demonstration that is imitated, since its first sample; "
+        "empty: its motion, without what stands still before and after it.",
+        unit="s",
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -87,7 +99,9 @@ class Learner(Node):
         super().__init__("learner")
         self._robot = declare_settings(self, RobotSettings)
         self._settings = declare_settings(self, LearningSettings)
-        self._where = declare_settings(self, RunSettings, apply=self._move)
+        self._where = declare_settings(
+            self, RunSettings, apply=self._move, check=self._check_demonstration
+        )
         self._run: Apprenticeship | None = None
         self._told: tuple[str, ...] = ()
         self._busy = False
@@ -118,6 +132,25 @@ class Learner(Node):
             self.get_logger().error(f"still computing after {STOP_TIMEOUT} s; leaving it")
         self._close()
 
+    def _check_demonstration(self, where: RunSettings) -> None:
+        """Refuse what cannot be imitated before it is copied; a run that has learned keeps its own.
+
+        Raises:
+            InvalidSettingError: says what is wrong with the demonstration.
+        """
+        if not where.demonstration:
+            return
+        try:
+            check_demonstration(
+                RunDirectory(where.run_directory),
+                Path(where.demonstration),
+                self._robot,
+                where.joint_states_topic,
+                where.demonstration_window,
+            )
+        except IrlPilcoError as error:
+            raise InvalidSettingError(str(error)) from error
+
     def _move(self, where: RunSettings) -> None:
         self._where = where
 
@@ -126,7 +159,13 @@ class Learner(Node):
         recorded = RunDirectory(self._where.run_directory).demonstration_directory
         if not self._where.demonstration and not recorded.exists():
             return "waiting for a demonstration"
-        return f"ready for iteration {self._open().next_index}"
+        try:
+            return f"ready for iteration {self._open().next_index}"
+        except UnfitDemonstrationError as error:
+            if self._where.demonstration or RunDirectory(self._where.run_directory).has_learned():
+                raise
+            self.get_logger().warning(f"{error}; set the parameter demonstration to another one")
+            return f"waiting for another demonstration: {error}"
 
     def _open(self) -> Apprenticeship:
         """Read where the run stands, with the parameters as they are now."""
@@ -137,11 +176,16 @@ class Learner(Node):
             self._robot,
             self._settings,
             self._where.joint_states_topic,
+            self._where.demonstration_window,
         )
+        about = tuple(self._run.about_demonstration())
+        for line in about:
+            if line not in self._told:
+                self.get_logger().info(line)
         for note in self._run.notes:
             if note not in self._told:
                 self.get_logger().warning(note)
-        self._told = self._run.notes
+        self._told = about + self._run.notes
         return self._run
 
     def _close(self) -> None:
