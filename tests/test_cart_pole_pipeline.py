@@ -44,7 +44,6 @@ def start_nodes(ros, folder):
     ros.start(
         "irlpilco_ros.nodes.controller",
         parameters={
-            "state_timeout": 2.0,
             **policy_to_parameters(
                 OpenLoopPolicy(FORCES, np.array([10.0]), CART_POLE_JOINTS.policy_size),
                 CART_POLE_JOINTS,

@@ -23,8 +23,9 @@ from irlpilco_ros.commands.report import make_report
 from irlpilco_ros.commands.ros_domain import enter_private_domain
 from irlpilco_ros.commands.run_folder import keep_previous
 from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
-from irlpilco_ros.commands.terminal import ProgressDisplay
+from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
 
@@ -151,7 +152,10 @@ class Demo:
             rows = self._directory.metrics()
             for row in rows[printed:]:
                 _print_row(row)
+                if row.iteration:
+                    print_notes(self._directory.read_iteration(row.iteration))
             printed = len(rows)
+        print(best_sentence(self._directory))
 
     def _learn(self) -> None:
         """Learn one iteration; arms that a wild trial has hooked into each other are freed once."""

@@ -20,9 +20,6 @@ SERVICES = (
 )
 """A service of each node: when all are there, the nodes are ready."""
 
-LOCKSTEP_TIMEOUT = 5.0
-"""How long a simulation in lockstep may be silent before the controller stops the robot [s]."""
-
 
 def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the simulated robot."""
@@ -81,9 +78,6 @@ def start_nodes(
     learner += _values({"learner:seed": arguments.seed, "learner:run_directory": run_directory})
     simulator = [*robot, *_values(_simulation_parameters(arguments))]
     controller = list(robot)
-    if arguments.real_time_factor is None:
-        # In lockstep the robot stands still in time while a busy computer keeps it silent.
-        controller += _values({"state_timeout": LOCKSTEP_TIMEOUT})
     if arguments.position_margin is not None:
         controller += _values({"position_margin": arguments.position_margin})
     for module, options in (

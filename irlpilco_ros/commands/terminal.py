@@ -9,6 +9,8 @@ from typing import Any, TextIO
 
 from tqdm import tqdm
 
+from irlpilco_ros.learning.iteration import Iteration
+
 LINE_INTERVAL = 5.0
 """Seconds between plain progress lines of the same stage [s]."""
 
@@ -68,3 +70,9 @@ class ProgressDisplay:
         """Remove the bar."""
         if self._bar is not None:
             self._bar.close()
+
+
+def print_notes(iteration: Iteration) -> None:
+    """Print what a reader should know of an iteration, a line for each note."""
+    for note in iteration.notes:
+        print(f"iteration {iteration.index}: {note}", flush=True)

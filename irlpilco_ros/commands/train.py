@@ -14,10 +14,11 @@ from typing import Any
 from irlpilco_ros.commands import metrics_table
 from irlpilco_ros.commands.bag_topic import add_topic_argument, add_window_argument
 from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
-from irlpilco_ros.commands.terminal import ProgressDisplay
+from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
 from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.robot_settings import RobotSettings
@@ -33,8 +34,8 @@ Of the demonstration its motion is imitated, from onset to end. One that the rob
 refused before anything is made, as `irlpilco inspect BAG --robot FILE` says beforehand.
 
 OUT, which must be new, becomes a run directory with copies of the bags; if it fails nothing is
-left of it. `irlpilco report OUT` shows it, a learner
-started on it goes on with the next trial, and OUT/policy_KKK.yaml runs without a learner.
+left of it. `irlpilco report OUT` shows it, a learner started on it goes on with the next trial, and
+OUT/policy_KKK.yaml runs without a learner; OUT/best_policy.yaml is that of the best trial.
 
 examples:
   irlpilco train --demonstration runs/demo/demonstration --trials runs/demo/trials
@@ -122,6 +123,7 @@ def learn(
             report = learning.finish(copy)
             print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
         plan = prepare(learning)
+        print(best_sentence(learning.directory))
         return learning.directory.policy_file(plan.iteration.index)
     finally:
         learning.close()
@@ -165,8 +167,10 @@ def numbers(bags: Sequence[Path]) -> dict[str, Path]:
 
 
 def prepare(learning: Apprenticeship) -> Plan:
-    """Do the learning before the next trial, showing progress."""
+    """Do the learning before the next trial, showing progress and what is to be known of it."""
     with ProgressDisplay(f"iteration {learning.next_index}") as display:
-        return learning.prepare(
+        plan = learning.prepare(
             lambda progress: display.update(progress.stage, progress.fraction, progress.message)
         )
+    print_notes(plan.iteration)
+    return plan

@@ -65,16 +65,24 @@ class ControllerSettings:
         maximum=600.0,
     )
     state_timeout: float = setting(
-        0.15,
-        "Silence of joint states (steady clock) that stops the robot.",
+        0.12,
+        "Time (steady clock) without a joint state of a later stamp that stops the robot.",
         unit="s",
         minimum=0.02,
-        maximum=10.0,
+        maximum=1.0,
+    )
+    command_timeout: float = setting(
+        0.2,
+        "Time without a command after which the robot halts by its own rule; a motion in which "
+        "the controller itself was away for longer ends.",
+        unit="s",
+        minimum=0.02,
+        maximum=1.0,
     )
     position_margin: float = setting(
         0.05,
-        "A joint this near to its limit and moving on stops the robot; negative, for simulation "
-        "only: joints may lean on their stops.",
+        "A joint this near to its limit and moving on stops the robot, as does one beyond it; "
+        "negative, for simulation only: joints may lean on their stops, and be that far beyond.",
         unit="rad",
         minimum=-1.0,
         maximum=1.0,

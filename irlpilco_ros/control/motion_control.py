@@ -11,12 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
-from irlpilco_ros.control.joint_state_tracker import JointStateTracker, MalformedJointStateError
+from irlpilco_ros.control.joint_state_tracker import (
+    RESTART,
+    JointReading,
+    JointStateTracker,
+    MalformedJointStateError,
+)
+from irlpilco_ros.control.liveness import Liveness
 from irlpilco_ros.control.motions import Command, Motion, MotionStoppedError
-from irlpilco_ros.control.safety import check_command, check_reading
+from irlpilco_ros.control.safety import check_command, check_positions, check_reading
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import IrlPilcoError
+
+_OWN_HOLD_UP = 0.03
+"""A gap between two looks of the watch that shows that this very process was held up [s]."""
 
 
 class MotionRefusedError(IrlPilcoError):
@@ -47,9 +56,9 @@ class MotionControl:
         self._tracker = JointStateTracker(robot.joints)
         self._motion: Motion | None = None
         self._finish: Callable[[Outcome], None] | None = None
+        self._liveness = Liveness(self._tracker)
         self._answered: int | None = None
-        self._latest: int | None = None
-        self._was_silent = False
+        self._watched = 0.0
 
     @property
     def motion(self) -> Motion | None:
@@ -69,52 +78,58 @@ class MotionControl:
         """
         self._check_ready(now)
         self._motion, self._finish = motion, finish
-        self._latest = None
-        self._was_silent = False
+        stamp = self._tracker.stamp
+        assert stamp is not None  # it is ready
+        self._liveness.note_command(now, stamp)
+
+    def note_clock(self, time: int) -> None:
+        """Take in a simulator's /clock [ns]: how it says that its time stands still."""
+        self._liveness.note_clock(time)
 
     def take(self, message: JointStateMessage, now: float) -> Command | None:
         """Take in a joint state that arrived `now`; return what to send, or None when idle.
 
-        Every stamp is answered once: a simulation in lockstep repeats a state until it is
-        answered, and a robot may send a stamp twice.
+        Every state is answered once: a simulation in lockstep repeats a state until it is
+        answered, and a robot may send a stamp twice. Its values are checked every time.
         """
         if not set(message.names) & set(self.robot.joints):
             return None  # a gripper's own message is no state
         try:
-            self._tracker.update(message, now)
+            is_new = self._tracker.update(message, now)
         except MalformedJointStateError as error:
             return self.stop(str(error))
-        if message.stamp == self._answered:
-            return None
-        self._answered = None
         reading = self._tracker.reading()
+        if is_new:
+            self._answered = None
         if self._motion is None or reading is None:
             return None
-        self._answered = reading.stamp
         try:
-            self._check_order(reading.stamp)
-            check_reading(self.robot, reading)
+            self._check(reading)
+            if reading.stamp == self._answered:
+                return None
+            self._answered = reading.stamp
+            self._check_presence(reading.stamp, now)
             command = self._motion.command(reading)
             check_command(self.robot, self.settings.position_margin, reading, command.values)
         except MotionStoppedError as error:
             return self.stop(str(error))
+        self._liveness.note_command(now, reading.stamp)
         if command.done:
             self._end(Outcome(True, self._motion.summary()))
         return command
 
     def watch(self, now: float) -> Command | None:
-        """Stop the motion if joint states have gone silent; call it every few milliseconds.
+        """Stop the motion if nothing new comes of a joint; call it every 10 ms.
 
-        Silence must be seen twice: after a hold-up of this very process the first look comes
-        before the messages that have been waiting in the meantime.
+        Take in what has come meanwhile first. After a hold-up of this very process there may be
+        more under way, so that the next look decides.
         """
-        if self._motion is None:
+        was_held_up = now - self._watched > _OWN_HOLD_UP
+        self._watched = now
+        if self._motion is None or was_held_up:
             return None
-        silent = self._tracker.silent(now, self.settings.state_timeout)
-        was_silent, self._was_silent = self._was_silent, bool(silent)
-        if not (silent and was_silent):
-            return None
-        return self.stop(self._silence(silent))
+        silence = self.silence(now)
+        return self.stop(silence) if silence else None
 
     def stop(self, reason: str) -> Command | None:
         """End the motion for this reason; return the zero command to send, None when idle."""
@@ -130,9 +145,10 @@ class MotionControl:
         return Command(stamp, np.zeros(len(self.robot.roles.commanded)), done=True)
 
     def silence(self, now: float) -> str:
-        """Say which joints are missing or silent [steady clock, s]; empty if none is."""
-        silent = self._tracker.silent(now, self.settings.state_timeout)
-        return self._silence(silent) if silent else ""
+        """Say which joints are missing, silent or stuck [steady clock, s]; empty if none is."""
+        return self._liveness.silence(
+            now, self.settings.state_timeout, is_moving=self._motion is not None
+        )
 
     def _check_ready(self, now: float) -> None:
         if not self.enabled:
@@ -147,23 +163,26 @@ class MotionControl:
         reading = self._tracker.reading()
         assert reading is not None  # nothing is missing
         try:
-            check_reading(self.robot, reading)
+            self._check(reading)
         except MotionStoppedError as error:
             raise MotionRefusedError(str(error)) from error
 
-    def _check_order(self, stamp: int) -> None:
-        latest, self._latest = self._latest, stamp
-        back = 0.0 if latest is None else (latest - stamp) * 1e-9
-        if back > self.settings.state_timeout:
+    def _check(self, reading: JointReading) -> None:
+        if self._motion is not None and self._tracker.ran_back >= RESTART:
             raise MotionStoppedError(
-                f"joint-state stamps ran back by {back:.3f} s: was the simulation reset?"
+                f"joint-state stamps ran back by {self._tracker.ran_back:.3f} s: was the "
+                "simulation, or the robot's clock, reset?"
             )
+        check_reading(self.robot, reading)
+        check_positions(self.robot, self.settings.position_margin, reading)
 
-    def _silence(self, silent: tuple[str, ...]) -> str:
-        missing = self._tracker.missing()
-        if missing:
-            return f"no joint state yet of: {', '.join(missing)}"
-        return f"no joint state for {self.settings.state_timeout:g} s of: {', '.join(silent)}"
+    def _check_presence(self, stamp: int, now: float) -> None:
+        gap, timeout = self._liveness.without_command(now, stamp), self.settings.command_timeout
+        if gap > timeout:
+            raise MotionStoppedError(
+                f"no command went out for {gap:.3f} s, and after command_timeout = {timeout:g} s "
+                "the robot halts by itself: was the controller, or its computer, held up?"
+            )
 
     def _end(self, outcome: Outcome) -> None:
         finish = self._finish

@@ -35,6 +35,23 @@ def check_reading(robot: RobotSettings, reading: JointReading) -> None:
             )
 
 
+def check_positions(robot: RobotSettings, margin: float, reading: JointReading) -> None:
+    """Check that no joint is beyond its position limits; by -`margin` [rad] if it is negative.
+
+    Raises:
+        MotionStoppedError: names the joint, where it is, and its limit.
+    """
+    leaning = max(0.0, -margin)
+    above = reading.positions > robot.upper + leaning
+    below = reading.positions < robot.lower - leaning
+    for joint in np.flatnonzero(above | below):
+        side, limit = ("upper", robot.upper) if above[joint] else ("lower", robot.lower)
+        raise MotionStoppedError(
+            f"joint {robot.joints[joint]} is at {reading.positions[joint]:.4f} rad, beyond its "
+            f"{side} limit {limit[joint]:g} rad; move it back by hand, and look why it went there"
+        )
+
+
 def check_command(
     robot: RobotSettings, margin: float, reading: JointReading, values: Vector
 ) -> None:

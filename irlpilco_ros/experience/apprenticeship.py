@@ -17,6 +17,7 @@ from typing import Any, Self
 import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
+from irlpilco_ros.experience.best_trial import best_row, keep_best_policy
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import (
@@ -32,6 +33,7 @@ from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.apprenticeship import LearningLoop
+from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import judge
 from irlpilco_ros.learning.learn import weigh
@@ -181,7 +183,9 @@ class Apprenticeship:
             for note in dict.fromkeys(n for m in shown for n in m.notes)
         )
         trials = self._rollouts()
-        self._loop = LearningLoop(self.task, settings, trials, self._last(len(trials)))
+        self._loop = LearningLoop(
+            self.task, settings, trials, self._last(len(trials)), self._best()
+        )
 
     @classmethod
     def open(
@@ -228,6 +232,7 @@ class Apprenticeship:
         try:
             run = cls(directory, robot, settings, shown)
             run._judge_the_unjudged()
+            run.notes += run._keep_best()
         except BaseException:
             directory.release()
             raise
@@ -297,6 +302,27 @@ class Apprenticeship:
         """Return what was learned from that many trials, or from one less, if anything was."""
         index = trials if trials in self.directory.iterations() else trials - 1
         return self.directory.read_iteration(index) if index > 0 else None
+
+    def _best(self) -> Iteration | None:
+        """Return the iteration whose trial was the best so far; None if it cannot be had."""
+        row = best_row(self.directory.metrics())
+        if row is None or row.iteration is None:
+            return None
+        try:
+            if row.iteration == 0:
+                return Iteration(0, self.directory.read_policy(0))
+            return self.directory.read_iteration(row.iteration)
+        except IrlPilcoError as error:
+            self.notes += (f"what the best trial so far was done with cannot be read: {error}",)
+            return None
+
+    def _keep_best(self) -> tuple[str, ...]:
+        """Bring best_policy.yaml up to date; return why not, if it cannot be."""
+        try:
+            keep_best_policy(self.directory)
+        except IrlPilcoError as error:
+            return (f"best_policy.yaml is not up to date: {error}",)
+        return ()
 
     def _write(self, iteration: Iteration, parameters: dict[str, Any]) -> None:
         """Write what is to be tried, unless that has been done already."""
@@ -374,5 +400,10 @@ class Apprenticeship:
             policy_s=iteration.policy_seconds,
         )
         self.directory.append_metrics(row)
-        learned = ("the margin is within margin_tolerance: learned",) if iteration.learned else ()
-        return TrialReport(row, (*iteration.notes, *learned))
+        notes = [*iteration.notes, *self._keep_best()]
+        if iteration.learned:
+            notes.append("the margin is within margin_tolerance: learned")
+        best = best_row(self.directory.metrics())
+        if best is not None and best.iteration != row.iteration:
+            notes.append(f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad")
+        return TrialReport(row, tuple(notes))

@@ -30,6 +30,12 @@ from irlpilco_ros.experience.bag_metadata import FileContent, bag_information, m
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import BagError, FileError
 
+_GONE = "what was recorded is where the bag was moved to, if it was not deleted"
+
+
+class _GoneError(OSError):
+    """What bears the bag's name is not what is written."""
+
 
 class DurableBagWriter:
     """Writes one bag, message by message; each is on disk when `append` returns.
@@ -91,6 +97,11 @@ class DurableBagWriter:
         return self._path
 
     @property
+    def _file(self) -> Path:
+        """The bag's one file."""
+        return self.path / f"{self.path.name}_0.mcap"
+
+    @property
     def message_count(self) -> int:
         """Number of messages on disk."""
         return self._counts.total()
@@ -122,6 +133,20 @@ class DurableBagWriter:
         self._first, self._last = min(times), max(self._last, message.log_time)
         self._counts[topic] += 1
 
+    def look(self) -> None:
+        """Look whether the bag is still there.
+
+        Raises:
+            BagError: it was deleted or renamed; it takes no more messages.
+        """
+        if self._closed or self._path is None:
+            return
+        try:
+            self._check_place()
+        except OSError as error:
+            self._abandon()
+            raise BagError(self._complaint(error)) from error
+
     def close(self) -> None:
         """Write the index and metadata.yaml; a second call does nothing.
 
@@ -143,9 +168,11 @@ class DurableBagWriter:
             write_atomically(self.path / METADATA, metadata_text(information).encode())
         except (OSError, FileError) as error:
             self._abandon()
+            kept = f"its {self.message_count} messages are on disk: irlpilco recover {self._path}"
+            if isinstance(error, _GoneError):
+                kept = _GONE
             raise BagError(
-                f"cannot close the bag {self._path or self._parent}: {_reason(error)}; its "
-                f"{self.message_count} messages are on disk: irlpilco recover {self._path}"
+                f"cannot close the bag {self._path or self._parent}: {_reason(error)}; {kept}"
             ) from error
 
     def __enter__(self) -> Self:
@@ -195,8 +222,19 @@ class DurableBagWriter:
         assert self._stream is not None
         self._stream.flush()
         os.fsync(self._stream.fileno())
-        if self._path is not None and not (self._path / f"{self._path.name}_0.mcap").exists():
-            raise OSError(errno.ENOENT, "the bag was deleted or renamed while it was recorded")
+        if self._path is not None:
+            self._check_place()
+
+    def _check_place(self) -> None:
+        """Check that what bears the bag's name is what is written."""
+        assert self._stream is not None
+        try:
+            there = self._file.stat()
+        except OSError:
+            there = None
+        own = os.fstat(self._stream.fileno())
+        if there is None or not os.path.samestat(there, own):
+            raise _GoneError(errno.ENOENT, "the bag was deleted or renamed while it was recorded")
 
     def _abandon(self) -> None:
         """Close the file as it is: more bytes after a failed write would make no sense."""
@@ -211,9 +249,12 @@ class DurableBagWriter:
     def _complaint(self, error: OSError) -> str:
         if self._path is None:
             return f"cannot make a bag in {self._parent}: {_reason(error)}"
+        kept = f"the {self.message_count} before it are on disk"
+        if isinstance(error, _GoneError):
+            kept = _GONE
         return (
-            f"cannot write message {self.message_count + 1} to {self._path}: {_reason(error)}; the "
-            f"{self.message_count} before it are on disk"
+            f"cannot write message {self.message_count + 1} to {self._path}: {_reason(error)}; "
+            f"{kept}"
         )
 
     def _register(self, topic: BagTopic) -> int:

@@ -12,9 +12,11 @@ import numpy as np
 from irlpilco_ros.experience.appraisal import appraisal
 from irlpilco_ros.experience.bag_files import DAMAGED, DISCARDED, entries, is_bag
 from irlpilco_ros.experience.bag_reader import Recording, read_recording
-from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.best_trial import best_sentence
+from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
 from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.shown_motion import Window
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.joints import Joints
@@ -27,7 +29,8 @@ def inspect(
 ) -> str:
     """Return several lines that say what a bag holds, and whether it is whole.
 
-    For a run or another folder of bags, one line for each bag in it.
+    For a run or another folder of bags, one line for each bag in it, and of a run which trial is
+    the best.
 
     Args:
         path: The bag's folder or its only file, or a folder of bags; it is only read.
@@ -57,12 +60,23 @@ def _list(folder: Path, topic: str) -> str:
     bags = list(_bags_below(folder, _DEEPEST))
     if not bags:
         raise BagError(f"{folder} is no bag, and there is none in it")
-    lines = [f"{folder}: {len(bags)} bag{'s' if len(bags) > 1 else ''}"]
+    lines = [f"{folder}: {len(bags)} bag{'s' if len(bags) > 1 else ''}", *_best(folder)]
     names = [str(bag.relative_to(folder)) for bag in bags]
     width = max(map(len, names))
     for name, bag in zip(names, bags, strict=True):
         lines.append(f"  {name.ljust(width)}  {_one_line(bag, topic)}")
     return "\n".join(lines)
+
+
+def _best(folder: Path) -> list[str]:
+    """Return which trial of a run is the best; nothing if the folder is no run."""
+    run = RunDirectory(folder)
+    if not os.path.exists(run.metrics_file):
+        return []
+    try:
+        return [best_sentence(run)]
+    except RunDirectoryError as error:
+        return [f"best: not known: {error}"]
 
 
 def _bags_below(folder: Path, depth: int) -> Iterator[Path]:

@@ -6,9 +6,10 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
@@ -105,20 +106,43 @@ def encode(message: JointStateMessage) -> bytes:
     return bytes(typestore().serialize_cdr(ros_message, JOINT_STATE))
 
 
+class Reading(NamedTuple):
+    """What is read of a JointState while it streams by.
+
+    Attributes:
+        stamp: header.stamp [ns].
+        names: Joints (n).
+        positions: As many as are told [rad]; a view of the bytes.
+        velocities: As many as are told [rad/s]; a view of the bytes.
+    """
+
+    stamp: int
+    names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class _Layout:
     """Where a JointState's fields are, and the bytes that every message of this layout shares."""
 
     shared: tuple[tuple[int, bytes], ...]
     stamp: struct.Struct
+    numbers: str
+    positions: tuple[int, int]
+    velocities: tuple[int, int]
     names: tuple[str, ...]
 
     def fits(self, data: bytes) -> bool:
         return all(data.startswith(part, offset) for offset, part in self.shared)
 
+    def values(self, data: bytes, place: tuple[int, int]) -> NDArray[np.float64]:
+        count, offset = place
+        return np.frombuffer(data, self.numbers, count, offset) if count else _NOTHING
 
-class HeaderReader:
-    """Reads stamp and names only: many times faster than decoding, for streams of states.
+
+class StreamReader:
+    """Reads JointStates many times faster than decoding, for streams of them.
 
     A publisher's messages nearly always name the same joints, so all their bytes but stamp and
     values are compared with those of before, and they are decoded when these are new.
@@ -127,8 +151,8 @@ class HeaderReader:
     def __init__(self) -> None:
         self._known: dict[int, _Layout] = {}
 
-    def read(self, data: bytes) -> tuple[int, tuple[str, ...]]:
-        """Return header.stamp [ns] and the names of a JointState in CDR bytes.
+    def read(self, data: bytes) -> Reading:
+        """Return stamp, names and values of a JointState in CDR bytes.
 
         Raises:
             BagError: the bytes are no JointState.
@@ -137,11 +161,17 @@ class HeaderReader:
         if layout is None or not layout.fits(data):
             layout = self._known[len(data)] = _layout(data, decode(data))
         seconds, rest = layout.stamp.unpack_from(data, _HEADER)
-        return seconds * NANOSECONDS + rest, layout.names
+        return Reading(
+            seconds * NANOSECONDS + rest,
+            layout.names,
+            layout.values(data, layout.positions),
+            layout.values(data, layout.velocities),
+        )
 
 
 _HEADER = 4  # bytes that say how the rest is encoded
 _AFTER_STAMP = 12
+_NOTHING = np.empty(0)
 
 
 def _layout(data: bytes, message: JointStateMessage) -> _Layout:
@@ -158,13 +188,17 @@ def _layout(data: bytes, message: JointStateMessage) -> _Layout:
     for _ in message.names:
         offset = after_string(offset)
     shared = [(0, data[:_HEADER]), (_AFTER_STAMP, data[_AFTER_STAMP:offset])]
+    places = []
     for values in (message.positions, message.velocities, message.efforts):
         offset += -offset % 4
         shared.append((offset, data[offset : offset + 4]))
         offset += 4
         if values:
-            offset += -(offset - _HEADER) % 8 + 8 * len(values)
-    return _Layout(tuple(shared), struct.Struct(f"{order}iI"), message.names)
+            offset += -(offset - _HEADER) % 8
+        places.append((len(values), offset))
+        offset += 8 * len(values)
+    stamp = struct.Struct(f"{order}iI")
+    return _Layout(tuple(shared), stamp, f"{order}f8", places[0], places[1], message.names)
 
 
 def _floats(values: Sequence[float]) -> np.ndarray:

@@ -7,11 +7,12 @@ from functools import cache
 from pathlib import Path
 
 from irlpilco_ros.experience.bag_message import BagMessage, BagTopic, joints_entry
-from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.errors import BagError
-from irlpilco_ros.experience.joint_state_cdr import decode
-from irlpilco_ros.experience.sampling import Received, Sample, Sampler
+from irlpilco_ros.experience.joint_merging import JointMerger, Received, Silence
+from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, decode
+from irlpilco_ros.experience.recording_tally import RecordingTally
+from irlpilco_ros.experience.sampling import Sample, Sampler
 
 TopicSource = Callable[[], BagTopic]
 """Tells about a topic; asked once, when its first message is to be written."""
@@ -22,7 +23,6 @@ class LiveRecording:
 
     Attributes:
         path: The bag, or None as long as there is no sample.
-        samples: Number of samples on disk.
         failure: Why the recording ended by itself; empty as long as it goes on.
     """
 
@@ -33,6 +33,7 @@ class LiveRecording:
         period: int,
         state_topic: TopicSource,
         command_topic: TopicSource,
+        continuous: Sequence[str] = (),
     ) -> None:
         """Wait for the first sample.
 
@@ -42,35 +43,47 @@ class LiveRecording:
             period: Time between samples as long as there are no commands [ns].
             state_topic: Topic of the joint states.
             command_topic: Topic of the commands.
+            continuous: Those of the joints that turn without end.
         """
         self.path: Path | None = None
-        self.samples = 0
         self.failure = ""
         self._directory = directory
         self._joints = tuple(joints)
+        self._merger = JointMerger(joints, period)
         self._sampler = Sampler(joints, period)
+        self._tally = RecordingTally(joints, continuous)
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)
         self._command_topic = cache(command_topic)
         self._moving = False
+        self._first = 0
 
     @property
-    def missing_joints(self) -> tuple[str, ...]:
-        """Joints that no message has told of yet."""
-        return self._sampler.missing_joints
+    def samples(self) -> int:
+        """Number of samples on disk."""
+        return self._tally.samples
 
     @property
     def settled(self) -> bool:
         """Whether nothing more belongs to the recording: a trial's last command is zero."""
         return bool(self.failure) or not (self._moving or self._sampler.is_waiting)
 
+    @property
+    def fault(self) -> str:
+        """What is wrong at present: why the recording ended, or which joints fell silent."""
+        return self.failure or self._told(self._merger.silent())
+
     def take_state(self, state: Received) -> None:
         """Take in a joint state; what makes a sample is on disk when this returns."""
-        self._take(lambda: self._sampler.take_state(state))
+        self._take(lambda: self._samples_of(state))
 
     def take_command(self, command: Received) -> None:
         """Take in a command; what makes a sample is on disk when this returns."""
         self._take(lambda: self._sampler.take_command(command))
+
+    def look(self) -> None:
+        """Look whether the bag is still there."""
+        self._take(self._still_there)
 
     def close(self) -> None:
         """End the recording; the bag is whole then, unless `failure` says otherwise."""
@@ -83,17 +96,49 @@ class LiveRecording:
         except BagError as error:
             self.failure = self.failure or str(error)
 
-    def summary(self) -> str:
-        """Return what the bag holds, as read back from disk, and the failure if there was one."""
-        assert self.path is not None
-        try:
-            recorded = read_bag(self.path)
-        except BagError as error:
-            return "; ".join(filter(None, [self.failure, str(error)]))
-        line = f"{len(recorded)} samples, {recorded.missing} missing"
-        if len(recorded) > 1:
-            line += f", one every {recorded.cadence:.3f} s"
-        return "; ".join(filter(None, [self.failure, line]))
+    def outcome(self) -> tuple[bool, str]:
+        """Return whether there is something to learn from, and what the recording holds."""
+        fault = self.fault
+        if not fault and self.samples < 2:
+            fault = "after its first sample no other joint state came; there is nothing to learn of"
+        silences = self._told(self._merger.silences)
+        return not fault, "; ".join(filter(None, [fault, self._tally.summary(), silences]))
+
+    def beginning(self) -> str:
+        """Return what is to be said when the first sample is there; empty for nothing."""
+        lacking = self._merger.without_velocities
+        if not lacking:
+            return ""
+        which = "" if lacking == self._joints else f" of {', '.join(lacking)}"
+        return f"velocities{which} are not published; they will be computed from positions"
+
+    def obstacle(self) -> str:
+        """Return why there is no sample yet."""
+        merger = self._merger
+        reasons = dict.fromkeys(merger.unusable.values())
+        unusable = [
+            f"{', '.join(joint for joint, told in merger.unusable.items() if told == reason)}: "
+            f"{reason}"
+            for reason in reasons
+        ]
+        if unusable:
+            return f"unusable: {'; '.join(unusable)}"
+        if merger.missing:
+            return f"missing: {', '.join(merger.missing)}"
+        return "no message, and no messages close to each other, told all joints"
+
+    def _samples_of(self, state: Received) -> list[Sample]:
+        moment = self._merger.take(state)
+        if moment is None:
+            return []
+        if moment.whole:
+            self._tally.trace(moment.stamp, self._merger.positions)
+        return self._sampler.take_state(moment)
+
+    def _still_there(self) -> list[Sample]:
+        if self._writer is not None:
+            self._writer.look()
+        return []
 
     def _take(self, sample: Callable[[], list[Sample]]) -> None:
         if self.failure:
@@ -116,9 +161,27 @@ class LiveRecording:
                 received = sample.command.received
                 self._append(self._command_topic(), sample.command, received)
                 self._moving = any(decode(sample.command.data).command)
-            self.samples += bool(sample.states)
+                self._tally.decide(sample.command.stamp)
+            if sample.states:
+                self._first = self._first or sample.states[-1].stamp
+                self._tally.observe(sample.states[-1].stamp)
 
     def _append(self, topic: BagTopic, message: Received, log_time: int) -> None:
         assert self._writer is not None
         self._writer.append(BagMessage(topic, message.data, log_time, message.sent))
         self.path = self._writer.path
+
+    def _told(self, silences: Sequence[Silence]) -> str:
+        """Return since when which joints were silent."""
+        return "; ".join(self._sentence(each) for each in silences)
+
+    def _sentence(self, silence: Silence) -> str:
+        joints = ", ".join(silence.joints)
+        reasons = {self._merger.unusable.get(joint) for joint in silence.joints} - {None}
+        why = f" ({', '.join(str(reason) for reason in reasons)})" if reasons else ""
+        begin = (silence.begin - self._first) / NANOSECONDS
+        if silence.end is None:
+            newest = (max(self._merger.newest, self._first) - self._first) / NANOSECONDS
+            return f"{joints} fell silent{why} after {begin:.1f} s of {newest:.1f} s"
+        end = (silence.end - self._first) / NANOSECONDS
+        return f"{joints} silent from {begin:.1f} s to {end:.1f} s"

@@ -6,6 +6,7 @@
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
         policy_KKK.yaml     its policy, a parameter file of the controller
+        best_policy.yaml    a copy of the policy whose trial was the best so far
         metrics.csv         one row for every trial that was judged
         replay/NNN/         bag of the open-loop replay, the baseline
         report/             index.html
@@ -106,6 +107,11 @@ class RunDirectory:
     def policy_file(self, iteration: int) -> Path:
         """Parameter file of an iteration's policy; 0 is the initial policy."""
         return self.path / f"policy_{iteration:03d}.yaml"
+
+    @property
+    def best_policy_file(self) -> Path:
+        """Copy of the policy whose trial was the best so far."""
+        return self.path / "best_policy.yaml"
 
     def iteration_file(self, iteration: int) -> Path:
         """What an iteration found, as npz."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.joint_merging import Moment, Received
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
 
 MEMORY = 20 * NANOSECONDS
@@ -19,27 +19,7 @@ MEMORY = 20 * NANOSECONDS
 Long, because a simulation may run far ahead of a busy recorder, and one queue ahead of the other.
 """
 
-_RESET = NANOSECONDS  # stamps that jump back by more than this are another clock's [ns]
 _EARLY = NANOSECONDS // 1000  # a state this much before its time [ns] counts as in time
-
-
-@dataclass(frozen=True)
-class Received:
-    """A joint state or command as it came over the wire.
-
-    Attributes:
-        stamp: header.stamp [ns].
-        names: Joints that it tells or commands.
-        data: Its bytes (CDR).
-        received: When it came [ns], wall clock.
-        sent: When it was sent [ns], the sender's wall clock.
-    """
-
-    stamp: int
-    names: tuple[str, ...]
-    data: bytes
-    received: int
-    sent: int
 
 
 @dataclass(frozen=True)
@@ -61,9 +41,8 @@ class Sampler:
 
     def __init__(self, joints: Sequence[str], period: int) -> None:
         """Pick samples of these joints, every `period` [ns] as long as there are no commands."""
-        self._joints = tuple(joints)
+        self._joints = frozenset(joints)
         self._period = period
-        self._latest: dict[str, Received] = {}
         self._recent: dict[int, tuple[Received, ...]] = {}  # empty once they are written
         self._waiting: dict[int, Received] = {}
         self._first: int | None = None
@@ -73,47 +52,31 @@ class Sampler:
         self._heard: int | None = None
 
     @property
-    def missing_joints(self) -> tuple[str, ...]:
-        """Joints that no message has told of yet."""
-        return tuple(joint for joint in self._joints if joint not in self._latest)
-
-    @property
     def is_waiting(self) -> bool:
         """Whether a command waits for its joint state."""
         return bool(self._waiting)
 
-    def take_state(self, state: Received) -> list[Sample]:
-        """Take in a joint state and return what has become a sample.
+    def take_state(self, moment: Moment) -> list[Sample]:
+        """Take in what is known of the joints and return what has become a sample.
 
-        Repeated stamps and messages without a wanted joint change nothing.
-
-        Raises:
-            BagError: the stamps jump back, as when a simulation is reset; samples of before and
-                after make no one recording.
+        Without commands, only what is whole is one; a policy decides on what it was told last.
         """
-        wanted = [joint for joint in self._joints if joint in state.names]
-        if not wanted or state.stamp == self._newest:
-            self._latest.update(dict.fromkeys(wanted, state))
-            return []
-        if self._newest is not None and state.stamp < self._newest:
-            if state.stamp < self._newest - _RESET:
-                raise BagError(
-                    f"the stamps of joint_states jumped back from {self._newest / NANOSECONDS:.3f} "
-                    f"s to {state.stamp / NANOSECONDS:.3f} s; the robot's clock was reset"
-                )
-            return []
-        self._latest.update(dict.fromkeys(wanted, state))
-        self._newest = state.stamp
-        if self.missing_joints:
-            return []
         if self._first is None:
-            self._first = state.stamp
-        self._remember(state.stamp)
-        return [*self._sample_state(state.stamp), *self._give_up()]
+            if not moment.whole:
+                return []
+            self._first = moment.stamp
+        stamp = moment.stamp
+        self._newest = stamp if self._newest is None else max(stamp, self._newest)
+        # The first one of a stamp, should several publishers give it: that is acted upon.
+        self._recent.setdefault(stamp, moment.parts)
+        oldest = next(iter(self._recent))
+        if oldest < stamp - MEMORY:
+            del self._recent[oldest]
+        return [*self._sample_state(moment), *self._give_up()]
 
     def take_command(self, command: Received) -> list[Sample]:
         """Take in a command and return what has become a sample."""
-        if not set(self._joints) & set(command.names):
+        if self._joints.isdisjoint(command.names):
             return []
         self._heard = self._newest
         if self._decided is not None and command.stamp <= self._decided:
@@ -130,24 +93,18 @@ class Sampler:
         self._waiting.clear()
         return alone
 
-    def _remember(self, stamp: int) -> None:
-        """Keep the messages that tell all joints at this stamp for a while."""
-        parts = {id(part): part for part in self._latest.values()}
-        self._recent[stamp] = tuple(sorted(parts.values(), key=lambda part: part.received))
-        oldest = next(iter(self._recent))
-        if oldest < stamp - MEMORY:
-            del self._recent[oldest]
-
-    def _sample_state(self, stamp: int) -> list[Sample]:
+    def _sample_state(self, moment: Moment) -> list[Sample]:
+        stamp = moment.stamp
         if stamp in self._waiting:
             return [self._pair(self._waiting.pop(stamp))]
-        if self._due is not None and stamp < self._due - _EARLY:
+        if not moment.whole or (self._due is not None and stamp < self._due - _EARLY):
             return []
         if self._heard is not None and stamp < self._heard + self._period:
             return []
         due = stamp if self._due is None else self._due
         self._due = due + self._period * (1 + max(0, stamp - due) // self._period)
-        return [Sample(self._take_out(stamp))]
+        self._recent[stamp] = ()
+        return [Sample(moment.parts)]
 
     def _pair(self, command: Received) -> Sample:
         self._due = max(self._due or 0, command.stamp + self._period)

@@ -12,8 +12,8 @@ import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.task import Future
+from rosgraph_msgs.msg import Clock as TimeMessage
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
@@ -27,26 +27,26 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
-from irlpilco_ros.ros.messages import joint_command
+from irlpilco_ros.ros.messages import clock_time, joint_command
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.policy_parameters import PolicyParameters
-from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 
-WATCH_PERIOD = 0.02
+WATCH_PERIOD = 0.01
 """How often silence of the joint states is looked for [s]."""
 
 _LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
 
 
-class Controller(Node):
+class Controller(SuiteNode):
     """Answers every new joint state with a command while a motion is going on."""
 
     def __init__(self) -> None:
         """Declare parameters, offer services, listen to joint states."""
-        # Unknown names must reach PolicyParameters, which refuses them with a reason.
-        super().__init__("controller", allow_undeclared_parameters=True)
+        super().__init__("controller")
         self._robot = declare_settings(self, RobotSettings)
         settings = declare_settings(
             self, ControllerSettings, apply=self._apply_settings, check=self._check_settings
@@ -69,6 +69,7 @@ class Controller(Node):
         self._states = SafeSubscription(
             self, JointState, "joint_states", self._take, JOINT_STATES_SUB
         )
+        self._times = SafeSubscription(self, TimeMessage, "/clock", self._take_time, CLOCK)
         self._tell()
 
     def wind_down(self) -> None:
@@ -92,7 +93,13 @@ class Controller(Node):
     def _take(self, data: bytes, _info: Info) -> None:
         self._send(self._control.take(decode(data), time.monotonic()))
 
+    def _take_time(self, data: bytes, _info: Info) -> None:
+        self._control.note_clock(clock_time(data))
+
     def _watch(self) -> None:
+        # What has come while this process was busy is no silence.
+        self._times.drain()
+        self._states.drain()
         self._send(self._control.watch(time.monotonic()))
 
     def _send(self, command: Command | None) -> None:
@@ -170,7 +177,7 @@ class Controller(Node):
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, _: Policy) -> None:
+    def _policy_changed(self, _: Policy | None) -> None:
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 

@@ -8,30 +8,29 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.duration import Duration
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.clock import Clock, ClockType
+from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from irlpilco_ros.experience.bag_files import mark_discarded
-from irlpilco_ros.experience.bag_message import BagTopic
 from irlpilco_ros.experience.errors import BagError
-from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, HeaderReader
+from irlpilco_ros.experience.joint_merging import Received
+from irlpilco_ros.experience.joint_state_cdr import StreamReader
 from irlpilco_ros.experience.live_recording import LiveRecording
-from irlpilco_ros.experience.sampling import Received
-from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.experience.recorder_settings import RecorderSettings
+from irlpilco_ros.experience.running_clock import RunningClock
 from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.health import ERROR, OK, Health
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
+from irlpilco_ros.ros.topic_quality import joint_state_topic
 
 FIRST_SAMPLE_TIMEOUT = 5.0
 """How long `start` waits for joint states of all joints [s]."""
@@ -39,29 +38,13 @@ FIRST_SAMPLE_TIMEOUT = 5.0
 _POLL = 0.02  # [s]
 # A trial's last command may still be under way when `stop` comes: services do not wait for topics.
 _SHORTEST_WAIT, _LONGEST_WAIT = 0.1, 5.0  # [s]
+_LONGEST_CATCHING_UP = 0.5  # [s]
 # After so many messages of each topic, services get their turn.
 _BATCH = 100
+_QUIET = 1.0  # so long without any joint state [s] is worth a word
 
 
-@dataclass(frozen=True)
-class RecorderSettings:
-    """What the recorder records, and where to."""
-
-    joints: tuple[str, ...] = setting((), "Names of the joints to record.")
-    sample_rate: float = setting(
-        2.0,
-        "Samples per second of message time, as long as there are no commands.",
-        unit="Hz",
-        minimum=0.01,
-        maximum=1000.0,
-    )
-    output_directory: str = setting("recordings", "Folder that gets the bags, 000, 001, ...")
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-class DemonstrationRecorder(Node):
+class DemonstrationRecorder(SuiteNode):
     """The node `demonstration_recorder`."""
 
     def __init__(self) -> None:
@@ -73,10 +56,12 @@ class DemonstrationRecorder(Node):
         super().__init__("demonstration_recorder")
         self._settings = declare_settings(self, RecorderSettings, apply=self._change)
         self._recording: LiveRecording | None = None
-        self._began = 0  # [ns] wall clock
+        self._watcher: Timer | None = None
         self._last: Path | None = None
         self._told = (0, "")
-        self._headers = HeaderReader()
+        self._heard = 0.0  # [s] steady clock
+        self._reader = StreamReader()
+        self._wall = RunningClock()
         self._health = Health(self, "ready")
         self._calls = Clients(self)
         self._catching_up = False
@@ -86,7 +71,7 @@ class DemonstrationRecorder(Node):
         self._commands = SafeSubscription(
             self, JointState, "joint_command", self._on_command, COMMAND_RECORDING
         )
-        group = ReentrantCallbackGroup()
+        self._group = group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/start", self._on_start, callback_group=group)
         self.create_service(Trigger, "~/stop", self._on_stop, callback_group=group)
         self.create_service(Trigger, "~/discard", self._on_discard, callback_group=group)
@@ -103,7 +88,7 @@ class DemonstrationRecorder(Node):
     async def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Begin a recording; answers when its first sample is on disk."""
         if self._recording is not None:
-            response.message = f"already recording {self._recording.path or ''}".rstrip()
+            response.message = _busy(self._recording)
             return response
         settings = self._settings
         if not settings.joints:
@@ -112,24 +97,43 @@ class DemonstrationRecorder(Node):
                 "config/baxter.yaml (--ros-args --params-file config/baxter.yaml)"
             )
             return response
-        period = round(NANOSECONDS / settings.sample_rate)
-        directory = Path(settings.output_directory).expanduser().absolute()
-        recording = LiveRecording(
-            directory, settings.joints, period, self._state_topic, self._command_topic
-        )
-        self._began, self._recording, self._told = time.time_ns(), recording, (0, "")
+        recording = self._begin(settings)
         for _attempt in range(round(FIRST_SAMPLE_TIMEOUT / _POLL)):
-            if recording.samples or recording.failure or self._recording is not recording:
+            if recording.samples or recording.failure or not self._is_current(recording):
                 break
             await self._calls.sleep(_POLL)
         if recording.samples and not recording.failure:
             response.success = True
-            response.message = f"recording {len(settings.joints)} joints; bag: {recording.path}"
+            words = [f"recording {len(settings.joints)} joints", recording.beginning()]
+            response.message = "; ".join([*filter(None, words), f"bag: {recording.path}"])
             return response
-        self._recording = None
+        if self._is_current(recording):
+            self._close()
         response.message = recording.failure or self._why_nothing_came(recording)
         self._health.report(ERROR, response.message)
         return response
+
+    def _begin(self, settings: RecorderSettings) -> LiveRecording:
+        """Record what comes from now on; what waits in the queues came before."""
+        for _ in range(2 * STATE_RECORDING.depth):
+            if not (self._states.take_next() | self._commands.take_next()):
+                break
+        self._wall, self._told, self._heard = RunningClock(), (0, ""), time.monotonic()
+        self._recording = LiveRecording(
+            settings.directory,
+            settings.joints,
+            settings.period,
+            lambda: joint_state_topic(self, self._states.topic_name),
+            lambda: joint_state_topic(self, self._commands.topic_name),
+            settings.continuous_joints,
+        )
+        self._watcher = self.create_timer(
+            settings.control_period,
+            self._watch,
+            callback_group=self._group,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
+        return self._recording
 
     async def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """End the recording and say what it holds."""
@@ -141,9 +145,12 @@ class DemonstrationRecorder(Node):
         while waited < (_SHORTEST_WAIT if recording.settled else _LONGEST_WAIT):
             await self._calls.sleep(_POLL)
             waited += _POLL
-        if self._recording is not recording:
+        if not self._is_current(recording):
             response.message = "another call ended the recording"
             return response
+        end = time.monotonic() + _LONGEST_CATCHING_UP
+        while self._catch_up() and time.monotonic() < end:
+            pass
         response.success, response.message = self._end()
         return response
 
@@ -166,107 +173,104 @@ class DemonstrationRecorder(Node):
 
     def _end(self) -> tuple[bool, str]:
         """Close the recording; return whether it went well and what to say about it."""
+        recording = self._close()
+        self._last = recording.path
+        succeeded, said = recording.outcome()
+        quiet = time.monotonic() - self._heard
+        if not recording.failure and quiet > _QUIET:
+            said += f"; no joint state came in the last {quiet:.1f} s"
+        self._health.report(OK if succeeded else ERROR, "ready" if succeeded else said)
+        return succeeded, f"{said}; bag: {recording.path}"
+
+    def _close(self) -> LiveRecording:
+        """Record no more; the bag is whole then if there is one."""
         assert self._recording is not None
         recording, self._recording = self._recording, None
+        if self._watcher is not None:
+            self.destroy_timer(self._watcher)
         recording.close()
-        self._last = recording.path
-        summary = recording.summary()
-        self._health.report(ERROR if recording.failure else OK, recording.failure or "ready")
-        return not recording.failure, f"{summary}; bag: {recording.path}"
+        return recording
+
+    def _is_current(self, recording: LiveRecording) -> bool:
+        """Whether nobody has ended a recording meanwhile."""
+        return self._recording is recording
+
+    def _watch(self) -> None:
+        """Look after the bag, whether messages come or not."""
+        if self._recording is not None:
+            self._recording.look()
+            self._tell(self._recording)
 
     def _on_state(self, data: bytes, info: Info) -> None:
-        self._take_state(data, info)
+        if self._recording is None:
+            return
+        self._heard = time.monotonic()
+        self._recording.take_state(self._received(data, info))
+        self._tell_progress(self._recording)
         self._catch_up()
 
     def _on_command(self, data: bytes, info: Info) -> None:
-        self._take_command(data, info)
+        if self._recording is None:
+            return
+        self._recording.take_command(self._received(data, info))
+        self._tell_progress(self._recording)
         self._catch_up()
 
-    def _catch_up(self) -> None:
-        """Take what else has come, from both topics in turn.
+    def _catch_up(self) -> bool:
+        """Take what else has come, from both topics in turn; return whether more may be there.
 
         The executor alone needs 0.2 ms for each message; a simulation at many times real time is
         faster than that.
         """
         if self._catching_up:
-            return
+            return False
         self._catching_up = True
         try:
             for _ in range(_BATCH):
                 # Both of them, so that neither waits for the other.
-                state, command = self._states.take_next(), self._commands.take_next()
-                if not (state or command):
-                    return
+                if not (self._states.take_next() | self._commands.take_next()):
+                    return False
         finally:
             self._catching_up = False
-
-    def _take_state(self, data: bytes, info: Info) -> None:
-        if self._recording is not None and self._is_new(info):
-            self._recording.take_state(self._received(data, info))
-            self._tell(self._recording)
-
-    def _take_command(self, data: bytes, info: Info) -> None:
-        if self._recording is not None and self._is_new(info):
-            self._recording.take_command(self._received(data, info))
-            self._tell(self._recording)
-
-    def _is_new(self, info: Info) -> bool:
-        """Whether a message came after `start`; on a busy computer older ones may still queue."""
-        return bool(info["received_timestamp"] >= self._began)
+        return True
 
     def _received(self, data: bytes, info: Info) -> Received:
-        stamp, names = self._headers.read(data)
-        return Received(stamp, names, data, info["received_timestamp"], info["source_timestamp"])
+        came = self._wall.mended(info["received_timestamp"])
+        return Received(*self._reader.read(data), data, came, info["source_timestamp"])
+
+    def _tell_progress(self, recording: LiveRecording) -> None:
+        """Tell /diagnostics at once of samples and of the end."""
+        if recording.samples != self._told[0] or recording.failure:
+            self._tell(recording)
 
     def _tell(self, recording: LiveRecording) -> None:
         """Tell /diagnostics, if there is anything new."""
-        if (recording.samples, recording.failure) == self._told:
+        fault = recording.fault
+        if (recording.samples, fault) == self._told:
             return
-        self._told = (recording.samples, recording.failure)
-        if recording.failure:
-            self._health.report(ERROR, recording.failure)
+        self._told = (recording.samples, fault)
+        if fault:
+            self._health.report(ERROR, fault, samples=recording.samples)
         else:
             self._health.report(OK, f"recording {recording.path}", samples=recording.samples)
 
-    def _state_topic(self) -> BagTopic:
-        return self._topic(self._states)
-
-    def _command_topic(self) -> BagTopic:
-        return self._topic(self._commands)
-
-    def _topic(self, subscription: SafeSubscription) -> BagTopic:
-        """Return what a bag should know about a topic."""
-        name = subscription.topic_name
-        publishers = self.get_publishers_info_by_topic(name)
-        return BagTopic.joint_state(name, [qos_entry(each.qos_profile) for each in publishers])
-
     def _why_nothing_came(self, recording: LiveRecording) -> str:
-        topic, absent = self._states.topic_name, ", ".join(recording.missing_joints)
+        topic = self._states.topic_name
+        words = f"publishers: {self.count_publishers(topic)}"
+        if self._states.fault:
+            words += f"; last message that was passed over: {self._states.fault}"
         return (
             f"no joint state of all joints came on {topic} within {FIRST_SAMPLE_TIMEOUT:g} s "
-            f"(missing: {absent or 'none'}; publishers: {self.count_publishers(topic)}); nothing "
-            "is recorded. Is the robot or the simulator running, in the same namespace?"
+            f"({recording.obstacle()}; {words}); nothing is recorded. Is the robot or the "
+            "simulator running, in the same namespace?"
         )
 
 
-def qos_entry(profile: QoSProfile) -> dict[str, Any]:
-    """Return a quality of service as rosbag2 writes it (metadata version 9)."""
-    return {
-        "history": profile.history.name.lower(),
-        "depth": profile.depth,
-        "reliability": profile.reliability.name.lower(),
-        "durability": profile.durability.name.lower(),
-        "deadline": _duration(profile.deadline),
-        "lifespan": _duration(profile.lifespan),
-        "liveliness": profile.liveliness.name.lower(),
-        "liveliness_lease_duration": _duration(profile.liveliness_lease_duration),
-        "avoid_ros_namespace_conventions": profile.avoid_ros_namespace_conventions,
-    }
-
-
-def _duration(duration: Duration) -> dict[str, int]:
-    seconds, rest = divmod(duration.nanoseconds, NANOSECONDS)
-    return {"sec": seconds, "nsec": rest}
+def _busy(recording: LiveRecording) -> str:
+    """Return why another recording cannot begin."""
+    if recording.failure:
+        return f"the recording {recording.path} has ended; call stop ({recording.failure})"
+    return f"already recording {recording.path or ''}".rstrip()
 
 
 def main() -> int:

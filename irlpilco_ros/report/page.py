@@ -136,16 +136,17 @@ def _debris_alt(debris: DebrisCount) -> str:
 
 def _rows(run: RunSummary) -> Iterator[TableRow]:
     for each in run.iterations:
-        yield TableRow("last" if each is run.last else "", _cells(each))
+        yield TableRow("last" if each is run.last else "", _cells(each, each is run.best))
     if math.isfinite(run.replay_rmse):
         cells = ("open-loop replay", f"{run.replay_rmse:.4f}", f"{run.replay_rmse**2:.2e}")
         yield TableRow("replay", (*cells, *["-"] * (len(HEADINGS) - len(cells))))
 
 
-def _cells(iteration: IterationSummary) -> tuple[str, ...]:
+def _cells(iteration: IterationSummary, best: bool) -> tuple[str, ...]:
     learned = iteration.index > 0
+    name = str(iteration.index) if learned else "0, initial trial"
     return (
-        str(iteration.index) if learned else "0, initial trial",
+        f"{name}, best" if best else name,
         f"{iteration.rmse:.4f}",
         _number(iteration.mse, ".2e"),
         _number(iteration.margin, ".2e"),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow
@@ -61,6 +62,7 @@ def read_run(run: RunDirectory) -> RunSummary:
         model=_model(joints, trials, found),
         settings={key: _text(value) for key, value in configuration.items()},
         demonstrations=len(shown),
+        best_command=best_command(run),
         **_words(configuration, joints),
     )
 

@@ -90,6 +90,7 @@ class RunSummary:
         margin_unit: of the margin; "" where features of several units add up in it.
         demonstrations: how often the task was shown.
         commands: what the robot is commanded, "velocities" or "efforts".
+        best_command: what runs the policy of the best trial; "" if nobody knows.
     """
 
     name: str
@@ -107,11 +108,18 @@ class RunSummary:
     margin_unit: str = "rad²"
     demonstrations: int = 1
     commands: str = "velocities"
+    best_command: str = ""
 
     @property
     def last(self) -> IterationSummary:
         """The latest iteration whose trial is on disk."""
         return self.iterations[-1]
+
+    @property
+    def best(self) -> IterationSummary:
+        """The iteration whose trial is the best, by error (6.1)."""
+        judged = [each for each in self.iterations if np.isfinite(each.mse)]
+        return min(judged, key=lambda each: each.mse, default=self.last)
 
     @property
     def feature_names(self) -> tuple[str, ...]:

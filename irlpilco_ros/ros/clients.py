@@ -11,12 +11,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from rcl_interfaces.msg import Parameter as ParameterMessage
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -103,6 +103,20 @@ class Clients:
         name, request = _parameters_request(node_name, values)
         answer = await self.call(SetParametersAtomically, name, request, timeout, wait)
         _check_parameters(node_name, answer)
+
+    async def get_parameter(
+        self, node_name: str, name: str, timeout: float = 5.0, wait: float = 5.0
+    ) -> Any:
+        """Return the value of a parameter of another node.
+
+        Raises:
+            ServiceError: as `call`.
+        """
+        request = GetParameters.Request(names=[name])
+        answer = await self.call(
+            GetParameters, f"{node_name}/get_parameters", request, timeout, wait
+        )
+        return parameter_value_to_python(answer.values[0])
 
     async def sleep(self, seconds: float) -> None:
         """Wait inside an async callback, on the steady clock, while others run."""

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Sequence
 
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
+
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
+
+_CLOCK_SIZE = 12  # bytes: how it is encoded, seconds, nanoseconds
 
 
 def nanoseconds(stamp: Time) -> int:
@@ -17,6 +23,18 @@ def time_message(stamp: int) -> Time:
     """Return the stamp [ns] as a message."""
     seconds, rest = divmod(stamp, 1_000_000_000)
     return Time(sec=seconds, nanosec=rest)
+
+
+def clock_time(data: bytes) -> int:
+    """Return the time of a rosgraph_msgs/Clock in CDR bytes [ns].
+
+    Raises:
+        BagError: the bytes are no Clock.
+    """
+    if len(data) < _CLOCK_SIZE:
+        raise BagError(f"{len(data)} bytes are no rosgraph_msgs/Clock")
+    seconds, rest = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
+    return int(seconds) * NANOSECONDS + int(rest)
 
 
 def joint_command(

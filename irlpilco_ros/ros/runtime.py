@@ -57,10 +57,15 @@ def run_node(
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
         reason is on stderr then.
     """
-    # rclpy's own handlers would end the context before shutdown() could publish anything.
-    rclpy.init(
-        args=None if argv is None else list(argv), signal_handler_options=SignalHandlerOptions.NO
-    )
+    try:
+        # rclpy's own handlers would end the context before shutdown() could publish anything.
+        rclpy.init(
+            args=None if argv is None else list(argv),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+    except RuntimeError as error:  # RCLError: a parameter file or a rule that cannot be read
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     stop = threading.Event()
     _on_signals(stop)
     try:

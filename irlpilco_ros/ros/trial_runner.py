@@ -15,6 +15,9 @@ ANSWER_TIMEOUT = 10.0
 MOTION_TIMEOUT = 300.0
 """How long the robot may take for a motion [s]; the controller itself breaks off far sooner."""
 
+RECORDER = "demonstration_recorder"
+"""Name of the node that records."""
+
 BAG_PREFIX = "bag: "
 """What stands before the bag's path at the end of the recorder's answer to `stop`."""
 
@@ -40,7 +43,7 @@ class TrialRunner:
         """
         await self._clients.trigger("controller/stop", ANSWER_TIMEOUT)
         with suppress(RefusedError):  # nothing is being recorded: as it should be
-            await self._clients.trigger("demonstration_recorder/stop", ANSWER_TIMEOUT)
+            await self._clients.trigger(f"{RECORDER}/stop", ANSWER_TIMEOUT)
 
     async def run(
         self, parameters: Mapping[str, Any], directory: Path, say: Callable[[str], None]
@@ -75,16 +78,36 @@ class TrialRunner:
         Raises:
             ServiceError: says which step failed and why. Whatever was recorded is kept.
         """
-        recorder = "demonstration_recorder"
-        await self._clients.set_parameters(recorder, {"output_directory": str(directory)})
-        await self._clients.trigger(f"{recorder}/start", ANSWER_TIMEOUT)
+        await self._start(directory)
         try:
             await self._clients.trigger(motion, MOTION_TIMEOUT)
         except ServiceError as failure:
-            answer = await self._clients.trigger(f"{recorder}/stop", ANSWER_TIMEOUT)
+            answer = await self._stop_after(failure)
             raise ServiceError(f"{failure}; recorded up to there: {answer}") from failure
-        answer = await self._clients.trigger(f"{recorder}/stop", ANSWER_TIMEOUT)
+        answer = await self._clients.trigger(f"{RECORDER}/stop", ANSWER_TIMEOUT)
         return _bag_in(answer), answer
+
+    async def _start(self, directory: Path) -> None:
+        """Start to record into a folder; the recorder's own counts again for the next recording."""
+        name = "output_directory"
+        own = await self._clients.get_parameter(RECORDER, name)
+        await self._clients.set_parameters(RECORDER, {name: str(directory)})
+        try:
+            await self._clients.trigger(f"{RECORDER}/start", ANSWER_TIMEOUT)
+        except BaseException:
+            with suppress(ServiceError):  # why it did not start is what is told
+                await self._clients.set_parameters(RECORDER, {name: own})
+            raise
+        await self._clients.set_parameters(RECORDER, {name: own})
+
+    async def _stop_after(self, failure: ServiceError) -> str:
+        """End the recording of a motion that failed; return what the recorder says."""
+        try:
+            return await self._clients.trigger(f"{RECORDER}/stop", ANSWER_TIMEOUT)
+        except RefusedError as refused:
+            return str(refused)
+        except ServiceError as another:
+            raise ServiceError(f"{failure}; and {another}") from failure
 
 
 def _bag_in(answer: str) -> Path:

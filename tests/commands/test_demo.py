@@ -114,6 +114,8 @@ def test_it_demonstrates_replays_learns_and_stops_its_nodes(demo):
     assert table[0][2] == f"{replay.rmse_rad:.4f}"
     assert table[2][2] == f"{first.rmse_rad:.4f}"
     assert first.rmse_rad < 0.05
+    best = min(shown.run.metrics(), key=lambda row: row.mse)
+    assert lines[-2].startswith(f"best: iteration {best.iteration}, trial {best.trial:03d}, ")
     assert lines[-1] == f"report: {shown.run.report_directory / 'index.html'}"
     assert shown.run.configuration()["seed"] == 4
     assert shown.run.configuration()["evaluations"] == 4

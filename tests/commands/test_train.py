@@ -57,7 +57,19 @@ def test_it_finds_what_the_learner_found(recorded, files, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split()[:2] == ["iteration", "trial"]
     assert [line.split()[:2] for line in lines[1:3]] == [["0", "0"], ["1", "1"]]
+    assert lines[-2].startswith("best: iteration 1, trial 001, ")
     assert lines[-1].endswith("out/policy_002.yaml")
+
+
+def test_an_iteration_that_predicts_much_worse_says_so(
+    recorded, files, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("irlpilco_ros.learning.second_search.MUCH_WORSE", 1e-9)
+    assert train(recorded, tmp_path / "out", files) == 0
+    notes = [line for line in capsys.readouterr().out.splitlines() if "predicted cost" in line]
+    (note,) = notes  # the first iteration has none to compare with
+    assert note.startswith("iteration 2: the predicted cost ")
+    assert "searched again from the policy of iteration 1" in note
 
 
 def test_a_learner_can_go_on_with_the_result(recorded, files, tmp_path):

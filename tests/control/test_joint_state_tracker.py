@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from irlpilco_ros.control.joint_state_tracker import JointStateTracker, MalformedJointStateError
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 
+SECOND = 1_000_000_000
 JOINTS = ("shoulder", "elbow", "wrist")
 
 
@@ -46,12 +47,48 @@ def test_a_message_without_wanted_joints_is_no_new_state_even_if_it_is_malformed
     assert tracker.reading() is None
 
 
-def test_a_repeated_stamp_is_fresh_but_not_new():
+def test_only_later_stamps_are_progress():
     tracker = JointStateTracker(("elbow",))
-    assert tracker.update(sample(1, elbow=1.0), arrival=0.0)
-    assert not tracker.update(sample(1, elbow=1.0), arrival=1.0)
+    assert tracker.update(sample(SECOND, elbow=1.0), arrival=0.0)
+    for stamp in (SECOND, SECOND - 1, SECOND - SECOND // 3):
+        assert not tracker.update(sample(stamp, elbow=2.0), arrival=1.0)
+        assert tracker.stamp == SECOND
+    assert tracker.reading().positions == [2.0], "values are taken from every message"
     assert tracker.silent(now=1.1, timeout=0.15) == ()
-    assert tracker.update(sample(0, elbow=1.0), arrival=1.2), "a clock set back is a new state"
+    assert tracker.stuck(now=1.1, timeout=0.15) == ("elbow",)
+    assert tracker.update(sample(SECOND + 1, elbow=1.0), arrival=1.2)
+    assert tracker.stuck(now=1.3, timeout=0.15) == ()
+
+
+def test_a_clock_set_back_by_much_begins_anew():
+    tracker = JointStateTracker(("shoulder", "elbow"))
+    tracker.update(sample(3 * SECOND, shoulder=1.0, elbow=1.0), arrival=0.0)
+    assert tracker.update(sample(SECOND, elbow=1.0), arrival=0.1)
+    assert tracker.ran_back == pytest.approx(2.0)
+    assert tracker.stamp == SECOND
+    assert tracker.update(sample(SECOND + 1, elbow=1.0), arrival=0.2)
+    assert tracker.ran_back == 0.0
+
+
+def test_a_robot_that_was_started_again_is_taken_for_what_it_is():
+    tracker = JointStateTracker(("elbow",))
+    tracker.update(sample(SECOND, elbow=1.0), arrival=0.0)
+    back = SECOND - SECOND // 5
+    assert not tracker.update(sample(back, elbow=1.0), arrival=1.4)
+    assert tracker.update(sample(back, elbow=1.0), arrival=1.6)
+    assert tracker.stuck(now=1.7, timeout=0.15) == ()
+    assert not tracker.update(sample(back, elbow=1.0), arrival=5.0), "a stamp that stands still"
+
+
+def test_a_publisher_whose_clock_is_behind_makes_progress_of_its_own():
+    tracker = JointStateTracker(("shoulder", "elbow"))
+    for step in range(20):
+        arrival, stamp = 0.01 * step, step * 10_000_000 + 5 * SECOND
+        assert tracker.update(sample(stamp, shoulder=1.0), arrival)
+        assert not tracker.update(sample(stamp - 2 * SECOND, elbow=1.0), arrival)
+        assert tracker.ran_back == 0.0
+        assert tracker.stuck(arrival, 0.05) == ()
+    assert tracker.behind(6 * SECOND, 2.5) == ("elbow",)
 
 
 def test_silence_is_counted_for_each_joint():

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from robot_of_two import JOINTS, ROBOT, sample
+from robot_of_two import JOINTS, ROBOT, nanoseconds, sample
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError
@@ -79,24 +79,123 @@ def test_a_command_above_the_velocity_limit_stops_with_zero_instead(control, out
     assert control.motion is None
 
 
-def test_silence_must_be_seen_twice(control, outcomes):
+def watch_until_stopped(control, outcomes, begin, until, message=None):
+    """Watch every 10 ms, a message coming each time; return when the motion ended [s]."""
+    for step in range(round((until - begin) / 0.01)):
+        now = begin + 0.01 * step
+        if message is not None:
+            control.take(message(now), now)
+        control.watch(now)
+        if outcomes:
+            return now
+    return None
+
+
+def test_silence_stops_the_robot(control, outcomes):
     begin(control, outcomes)
     control.take(sample(0.01), now=10.0)
-    assert control.watch(now=10.14) is None
-    assert control.watch(now=10.3) is None, "this process may have been held up"
-    control.take(sample(0.02), now=10.31)
-    assert control.watch(now=10.32) is None, "and had states waiting"
-    assert control.watch(now=10.47) is None
-    assert control.watch(now=10.49).values.tolist() == [0.0, 0.0]
-    assert "no joint state for 0.15 s of: elbow, wrist" in outcomes[0].message
+    assert 10.119 < watch_until_stopped(control, outcomes, 10.0, 11.0) < 10.141
+    assert "no joint state for 0.12 s of: elbow, wrist" in outcomes[0].message
 
 
-def test_a_repeated_state_is_no_silence(control, outcomes):
+def test_a_hold_up_of_this_process_is_no_silence(control, outcomes):
     begin(control, outcomes)
-    for now in np.arange(10.0, 12.0, 0.05):
-        control.take(sample(0.01), now)
-        assert control.watch(now) is None
+    control.take(sample(0.01), now=10.0)
+    assert control.watch(now=10.0) is None
+    assert control.watch(now=10.19) is None, "there may be states on their way"
+    control.take(sample(0.02), now=10.195)
+    assert control.watch(now=10.2) is None
     assert outcomes == []
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        lambda elapsed: 0.0,
+        lambda elapsed: 7.0,
+        lambda elapsed: 7.0 - elapsed % 0.05,  # back by little, over and over
+        lambda elapsed: 7.0 - elapsed,
+    ],
+)
+def test_stamps_that_do_not_advance_stop_the_robot(control, outcomes, stamp):
+    control.take(sample(stamp(0.0)), now=10.0)
+    control.start(Trial(Constant(0.1, 0.2), 100, 0.1), 10.0, outcomes.append)
+    end = watch_until_stopped(
+        control, outcomes, 10.0, 12.0, lambda now: sample(stamp(max(0.0, now - 10.0)))
+    )
+    assert 10.119 < end < 10.141
+    assert "joint-state stamps do not advance: messages come, but" in outcomes[0].message
+    # The next motion is refused for the same reason.
+    for step in range(20):
+        control.take(sample(stamp(0.2)), end + 0.01 * step)
+    with pytest.raises(MotionRefusedError, match="stamps do not advance"):
+        control.start(Trial(Constant(0.1, 0.2), 100, 0.1), end + 0.2, outcomes.append)
+
+
+def test_a_waiting_simulator_may_repeat_a_state_but_not_for_ever(control, outcomes):
+    begin(control, outcomes)
+    control.note_clock(10_000_000)
+    end = watch_until_stopped(control, outcomes, 10.0, 20.0, lambda now: sample(0.01))
+    assert 15.0 < end < 15.03
+    assert "for 5 s none later than 0.010 s" in outcomes[0].message
+
+
+def test_between_motions_a_simulator_may_wait_as_long_as_it_likes(control, outcomes):
+    for now in range(10, 1000, 2):
+        control.take(sample(0.01), now)
+        control.note_clock(10_000_000)
+    control.start(Trial(Constant(0.1, 0.2), 100, 0.1), 1000.0, outcomes.append)
+    end = watch_until_stopped(control, outcomes, 1000.0, 1010.0, lambda now: sample(0.01))
+    assert 1005.0 < end < 1005.03
+
+
+def test_a_clock_that_goes_on_is_no_excuse(control, outcomes):
+    begin(control, outcomes)
+
+    def message(now):
+        control.note_clock(nanoseconds(now - 9.99))
+        return sample(0.01)
+
+    assert watch_until_stopped(control, outcomes, 10.0, 20.0, message) < 10.16
+
+
+def test_in_lockstep_a_missing_joint_is_counted_in_simulated_time(control, outcomes):
+    begin(control, outcomes)
+    for step in range(20):
+        time, now = 0.01 * step, 10.0 + 0.001 * step
+        control.note_clock(nanoseconds(time))
+        names = JOINTS if step < 3 else JOINTS[:1]
+        zeros = (0.0,) * len(names)
+        control.take(JointStateMessage(nanoseconds(time), names, zeros, zeros), now)
+        control.watch(now)
+    assert "no joint state for 0.12 s of: wrist" in outcomes[0].message
+
+
+def test_a_controller_that_was_away_does_not_jerk_on(control, outcomes):
+    begin(control, outcomes)
+    assert control.take(sample(0.01), now=10.01).values.any()
+    assert control.take(sample(0.2), now=10.2).values.any()
+    command = control.take(sample(0.42), now=10.42)  # stopped for longer than 0.2 s
+    assert command.values.tolist() == [0.0, 0.0]
+    assert "no command went out for 0.220 s" in outcomes[0].message
+    assert "held up?" in outcomes[0].message
+
+
+def test_in_lockstep_no_time_passes_while_the_controller_is_away(control, outcomes):
+    begin(control, outcomes)
+    for step in range(1, 4):
+        control.note_clock(nanoseconds(0.01 * step))
+        assert control.take(sample(0.01 * step), now=10.0 + step).values.any()
+    assert outcomes == []
+
+
+def test_positions_are_checked_on_every_message(control, outcomes):
+    begin(control, outcomes, 0.0, 0.0)
+    assert control.take(sample(0.01), now=10.0) is not None
+    assert control.take(sample(0.01, (0.0, -1.01)), now=10.0).values.tolist() == [0.0, 0.0]
+    assert "joint wrist is at -1.0100 rad, beyond its lower limit -1 rad" in outcomes[0].message
+    with pytest.raises(MotionRefusedError, match="beyond its lower limit"):
+        control.start(Trial(Constant(0.1, 0.1), 1, 0.1), 10.0, outcomes.append)
 
 
 def test_partial_states_are_enough_if_all_joints_keep_coming(control, outcomes):
@@ -122,7 +221,7 @@ def test_reasons_to_refuse(control, outcomes):
     control.take(sample(0.01, positions=(0.0, np.nan)), now=10.0)
     assert "position of joint wrist is nan" in refusal()
     control.take(sample(0.02), now=10.0)
-    assert refusal(now=10.2) == "no joint state for 0.15 s of: elbow, wrist"
+    assert refusal(now=10.2) == "no joint state for 0.12 s of: elbow, wrist"
     control.enabled = False
     assert "disabled" in refusal()
     control.enabled = True

@@ -9,7 +9,13 @@ import pytest
 from robot_of_two import JOINTS, ROBOT, reading
 
 from irlpilco_ros.control.motions import MotionStoppedError
-from irlpilco_ros.control.safety import check_command, check_policy, check_reading, check_start
+from irlpilco_ros.control.safety import (
+    check_command,
+    check_policy,
+    check_positions,
+    check_reading,
+    check_start,
+)
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import OpenLoopPolicy, RbfPolicy
@@ -72,6 +78,17 @@ def test_readings_must_be_finite():
         check_reading(ROBOT, reading(positions=(0.0, np.nan)))
     with pytest.raises(MotionStoppedError, match="velocity of joint elbow is -inf"):
         check_reading(ROBOT, reading(velocities=(-np.inf, 0.0)))
+
+
+def test_a_joint_beyond_its_limit_stops():
+    check_positions(ROBOT, MARGIN, reading(positions=(1.0, -1.0)))
+    with pytest.raises(
+        MotionStoppedError, match=r"elbow is at 1\.0001 rad, beyond its upper limit 1"
+    ):
+        check_positions(ROBOT, MARGIN, reading(positions=(1.0001, 0.0)))
+    check_positions(ROBOT, -0.2, reading(positions=(1.19, -1.19)))
+    with pytest.raises(MotionStoppedError, match=r"wrist is at -1\.2100 rad"):
+        check_positions(ROBOT, -0.2, reading(positions=(0.0, -1.21)))
 
 
 def test_policies_must_fit_the_robot():

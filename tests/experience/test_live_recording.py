@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 
 import numpy as np
@@ -10,9 +11,9 @@ import pytest
 
 from irlpilco_ros.experience.bag_message import BagTopic
 from irlpilco_ros.experience.bag_reader import read_bag, read_recording
-from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, encode
+from irlpilco_ros.experience.joint_merging import Received
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, StreamReader, encode
 from irlpilco_ros.experience.live_recording import LiveRecording
-from irlpilco_ros.experience.sampling import Received
 
 JOINTS = ("elbow", "wrist")
 START = 7_000_000_000
@@ -26,14 +27,17 @@ def recording(tmp_path):
     return LiveRecording(tmp_path / "bags", JOINTS, PERIOD, lambda: STATES, lambda: COMMANDS)
 
 
-def received(step: int, **values) -> Received:
-    stamp = START + step * PERIOD
-    data = encode(JointStateMessage(stamp, JOINTS, **values))
-    return Received(stamp, JOINTS, data, received=stamp + 5, sent=stamp + 1)
+def received(step: float, joints=JOINTS, **values) -> Received:
+    stamp = START + round(step * PERIOD)
+    data = encode(JointStateMessage(stamp, joints, **values))
+    return Received(*StreamReader().read(data), data, received=stamp + 5, sent=stamp + 1)
 
 
-def state(step: int) -> Received:
-    return received(step, positions=(0.1 * step, 0.2), velocities=(0.3, 0.4))
+def state(step: float, joints=JOINTS) -> Received:
+    """The elbow moves by 1 rad/s, the wrist by 10 rad/s if it is told of alone."""
+    where = {"elbow": 0.1 * step, "wrist": 0.2 + (step if len(joints) == 1 else 0.0)}
+    positions = tuple(where[joint] for joint in joints)
+    return received(step, joints, positions=positions, velocities=(0.3,) * len(joints))
 
 
 def command(step: int, *velocities: float) -> Received:
@@ -42,9 +46,8 @@ def command(step: int, *velocities: float) -> Received:
 
 def test_there_is_a_bag_as_soon_as_every_joint_was_heard(recording, tmp_path):
     assert (recording.path, recording.samples) == (None, 0)
-    assert recording.missing_joints == JOINTS
+    assert "missing: elbow, wrist" in recording.obstacle()
     recording.take_state(state(0))
-    assert recording.missing_joints == ()
     assert recording.path == tmp_path / "bags" / "000"
     assert recording.samples == len(read_bag(recording.path)) == 1
 
@@ -63,7 +66,7 @@ def test_a_trial_is_settled_once_its_last_command_is_zero_and_on_disk(recording)
         assert recording.settled == (speed == 0.0)
     recording.close()
     assert read_recording(recording.path).whole
-    assert recording.summary() == "3 samples, 0 missing, one every 0.100 s"
+    assert recording.outcome() == (True, "3 samples, 0 missing, one every 0.100 s")
     np.testing.assert_array_equal(read_bag(recording.path).commands[:, 0], [0.5, -0.5, 0.0])
 
 
@@ -72,7 +75,9 @@ def test_a_command_whose_state_never_came_is_kept_and_counted_as_missing(recordi
     recording.take_command(command(1, 0.5, 0.0))
     recording.close()
     assert recording.samples == 1
-    assert recording.summary() == "2 samples, 1 missing, one every 0.100 s"
+    succeeded, said = recording.outcome()
+    assert not succeeded, "one state and one command of nothing"
+    assert said.endswith("2 samples, 1 missing, one every 0.100 s")
 
 
 def test_a_reset_of_the_clock_ends_the_recording_with_the_reason(recording):
@@ -83,7 +88,7 @@ def test_a_reset_of_the_clock_ends_the_recording_with_the_reason(recording):
     recording.take_state(state(31))
     recording.close()
     assert recording.samples == len(read_bag(recording.path)) == 1
-    assert recording.summary() == f"{recording.failure}; 1 samples, 0 missing"
+    assert recording.outcome() == (False, f"{recording.failure}; 1 samples, 0 missing")
 
 
 def test_a_folder_that_cannot_be_written_to_ends_the_recording(recording, tmp_path):
@@ -104,12 +109,120 @@ def test_a_disk_that_fails_at_the_end_is_told(recording, monkeypatch):
         patched.setattr(os, "fsync", full)
         recording.close()
     assert "No space left" in recording.failure
-    assert recording.summary().startswith(recording.failure)
+    assert recording.outcome()[1].startswith(recording.failure)
     assert len(read_bag(recording.path)) == 1, "what was written before stays"
 
 
-def test_a_bag_that_was_taken_away_is_told(recording):
+@pytest.mark.parametrize("notice", ["state", "look", "close"])
+def test_a_bag_that_was_taken_away_is_told(recording, notice):
     recording.take_state(state(0))
-    recording.close()
+    recording.take_state(state(1))
     shutil.rmtree(recording.path)
-    assert str(recording.path) in recording.summary()
+    {
+        "state": lambda: recording.take_state(state(2)),
+        "look": recording.look,
+        "close": recording.close,
+    }[notice]()
+    recording.close()
+    succeeded, said = recording.outcome()
+    assert not succeeded
+    assert f"{recording.path}: the bag was deleted or renamed" in said
+    assert "on disk" not in said
+
+
+def test_another_bag_of_that_name_is_not_taken_for_this_one(recording):
+    recording.take_state(state(0))
+    kept = recording.path.with_name("kept")
+    recording.path.rename(kept)
+    shutil.copytree(kept, recording.path)
+    recording.look()
+    assert "deleted or renamed" in recording.failure
+
+
+def test_a_joint_that_falls_silent_is_not_recorded_as_standing_still(recording):
+    for step in range(60):
+        recording.take_state(state(step, JOINTS[:1]))
+        if step <= 20:
+            recording.take_state(state(step, JOINTS[1:]))
+    assert "wrist fell silent after 2.0 s of 5.9 s" in recording.fault
+    recording.close()
+    succeeded, said = recording.outcome()
+    assert not succeeded
+    assert said.startswith("wrist fell silent after 2.0 s of 5.9 s; 21 samples, 0 missing")
+    assert read_bag(recording.path).stamps[-1] == pytest.approx(9.0)
+
+
+def test_a_joint_that_was_silent_for_a_while_is_told_and_its_samples_are_missing(recording):
+    for step in range(60):
+        recording.take_state(state(step, JOINTS[:1]))
+        if not 20 < step < 40:
+            recording.take_state(state(step, JOINTS[1:]))
+    recording.close()
+    succeeded, said = recording.outcome()
+    assert succeeded
+    assert "19 missing" in said
+    assert said.endswith("wrist silent from 2.0 s to 4.0 s")
+    assert read_bag(recording.path).missing == 19
+
+
+def test_publishers_milliseconds_apart_are_merged(recording):
+    """Two of them at 100 Hz, half of the joints each, the second one's stamps 5 ms behind."""
+    for step in range(400):
+        recording.take_state(state(0.1 * step, JOINTS[:1]))
+        recording.take_state(state(0.1 * step - 0.05, JOINTS[1:]))
+    recording.close()
+    assert recording.outcome()[0]
+    found = read_bag(recording.path)
+    np.testing.assert_allclose(np.diff(found.stamps), 0.1, atol=1e-6)
+    assert len(found) == 40
+    steps = (found.stamps - 1e-9 * START) / (1e-9 * PERIOD)
+    np.testing.assert_allclose(found.positions[:, 1], 0.2 + steps, atol=1e-6)
+    np.testing.assert_allclose(found.positions[:, 0], 0.1 * (steps + 0.05), atol=1e-6)
+
+
+@pytest.mark.parametrize("velocities", [(), (0.5,), (float("nan"),) * 2])
+def test_velocities_that_are_not_told_are_said_and_the_positions_are_recorded(
+    recording, velocities
+):
+    for step in range(30):
+        recording.take_state(received(step, positions=(0.1 * step, 0.2), velocities=velocities))
+    assert recording.beginning() == (
+        "velocities are not published; they will be computed from positions"
+    )
+    recording.close()
+    assert recording.outcome()[0]
+    found = read_bag(recording.path)
+    assert len(found) == 30
+    assert np.isnan(found.velocities).all()
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ({"positions": (0.1, float("nan"))}, "unusable: wrist: not finite"),
+        ({"positions": (float("inf"),) * 2}, "unusable: elbow, wrist: not finite"),
+        ({"positions": (0.1,)}, "unusable: elbow, wrist: 2 names, 1 positions"),
+        ({}, "unusable: elbow, wrist: 2 names, 0 positions"),
+    ],
+)
+def test_positions_that_cannot_be_used_make_no_sample_and_are_told(recording, values, reason):
+    for step in range(5):
+        recording.take_state(received(step, **values))
+    assert recording.samples == 0
+    assert recording.obstacle() == reason
+
+
+def test_what_is_said_of_the_motion_comes_from_every_state(recording):
+    """It stands for 1.9 s, moves, and stands again; the samples are 0.1 s apart, states 10 ms."""
+    for step in range(1130):
+        time = 0.01 * step
+        way = float(np.clip(time - 1.9, 0.0, 8.1))
+        recording.take_state(received(0.1 * step, positions=(0.3 * way, 0.2)))
+    recording.close()
+    said = recording.outcome()[1]
+    found = re.search(r"([\d.]+) s of motion, from ([\d.]+) s to ([\d.]+) s of 11.3 s", said)
+    assert found is not None, said
+    np.testing.assert_allclose(
+        [float(each) for each in found.groups()], [8.1, 1.9, 10.0], atol=0.21
+    )
+    assert said.endswith("first joint to move: elbow, last: elbow")

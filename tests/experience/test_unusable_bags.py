@@ -19,7 +19,7 @@ from mcap.writer import CompressionType
 from irlpilco_ros.experience.bag_reader import read_bag, read_recording
 from irlpilco_ros.experience.errors import BagError, UnreadableBagError
 from irlpilco_ros.experience.inspect import inspect
-from irlpilco_ros.experience.joint_state_cdr import HeaderReader, decode, encode
+from irlpilco_ros.experience.joint_state_cdr import StreamReader, decode, encode
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 
 
@@ -173,11 +173,11 @@ print(peak.split()[1])
 
 def test_a_header_is_read_only_of_what_can_be_decoded():
     """The recorder's quick reader lets nothing pass that the bag's reader would refuse."""
-    reader = HeaderReader()
+    reader = StreamReader()
     good = encode(motion()[0])
-    assert reader.read(good) == (motion()[0].stamp, motion()[0].names)
+    assert reader.read(good)[:2] == (motion()[0].stamp, motion()[0].names)
     moved = encode(motion()[5])
-    assert reader.read(moved) == (motion()[5].stamp, motion()[5].names)
+    assert reader.read(moved)[:2] == (motion()[5].stamp, motion()[5].names)
     for size in range(len(good)):
         with pytest.raises(BagError):
             reader.read(good[:size])
@@ -191,8 +191,8 @@ def test_a_header_is_read_only_of_what_can_be_decoded():
                 with pytest.raises(BagError):
                     reader.read(bytes(data))
             else:
-                assert reader.read(bytes(data)) == (message.stamp, message.names)
-            assert reader.read(good) == (motion()[0].stamp, motion()[0].names)
+                assert reader.read(bytes(data))[:2] == (message.stamp, message.names)
+            assert reader.read(good)[:2] == (motion()[0].stamp, motion()[0].names)
 
 
 def test_an_empty_folder_and_one_of_our_own_without_messages(tmp_path):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.learning.joints import Joints
@@ -21,7 +24,8 @@ ROBOT = {
     "control_period": PERIOD,
     "horizon": HORIZON,
     # The robot is a thread of this process, which a busy computer may keep silent for a while.
-    "state_timeout": 2.0,
+    "state_timeout": 1.0,
+    "command_timeout": 1.0,
 }
 
 
@@ -32,3 +36,34 @@ def table(*rows):
 
 MOVING = table(*[[0.1, -0.2]] * HORIZON)
 LONG = {**ROBOT, "horizon": 1000}  # a trial that does not end by itself
+
+
+def begin_trial(graph, robot, policy):
+    """Start a trial and wait until the robot moves; return the future answer."""
+    assert graph.set_parameters("controller", policy).successful
+    graph.wait_for(lambda: len(robot.states) > 5, "states")
+    answer = graph.trigger_async("controller/run_trial")
+    graph.wait_for(lambda: len(robot.commands) > 3, "commands")
+    return answer
+
+
+def is_told(diagnostics, reason, level=DiagnosticStatus.ERROR):
+    """Whether /diagnostics has given this reason."""
+    return any(
+        status.level == level and reason in status.message
+        for message in diagnostics.messages
+        for status in message.status
+    )
+
+
+def assert_stopped(graph, robot, answer, reason, diagnostics):
+    """The answer and /diagnostics give the reason, and zero velocity was the last command."""
+    graph.wait_for(answer.done, "the answer", 3.0)
+    response = answer.result()
+    assert not response.success
+    assert reason in response.message
+    graph.wait_for(lambda: is_told(diagnostics, reason), f"diagnostics that say {reason!r}")
+    graph.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
+    count = len(robot.commands)
+    time.sleep(0.05)
+    assert len(robot.commands) == count, "idle means that nothing is published"

@@ -1,21 +1,25 @@
 """The smallest robot: integrates its commands exactly, and misbehaves when asked to.
 
+In lockstep it waits for the answer to each state, and says on /clock that its time stands still.
 It lives in the test's own node and publishes joint states from a thread.
 """
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from collections.abc import Callable
 
 import numpy as np
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.ros.messages import time_message
-from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_STATES_PUB
+from irlpilco_ros.ros.qos import CLOCK, COMMAND_RECORDING, JOINT_STATES_PUB
 
 STEP = 0.01  # [s] of message time from state to state
+_BEGINNINGS = itertools.count(5_000_000_000, 1_000_000_000_000)  # a controller outlives its robots
 
 
 class FakeRobot:
@@ -28,6 +32,8 @@ class FakeRobot:
         states: (stamp [ns], positions) of every state published.
         distort: gets each message before it goes out and may change it.
         is_silent: publish nothing, while time goes on.
+        is_deaf: take no command.
+        heard: when each command came [s, steady].
     """
 
     def __init__(self, ros, joints, positions=None, wall_step=0.002, lockstep=False, topic=""):
@@ -35,10 +41,12 @@ class FakeRobot:
         self.positions = dict(zip(joints, positions or [0.0] * len(joints), strict=True))
         self.velocities = dict.fromkeys(joints, 0.0)
         self.commands: list[JointState] = []
+        self.heard: list[float] = []
         self.states: list[tuple[int, dict[str, float]]] = []
-        self.stamp = 5_000_000_000
+        self.stamp = next(_BEGINNINGS)
         self.distort: Callable[[JointState], None] = lambda message: None
         self.is_silent = False
+        self.is_deaf = False
         self.wall_step = wall_step
         self._lockstep = lockstep
         self._answer = threading.Event()
@@ -49,6 +57,7 @@ class FakeRobot:
         self._publisher = ros.publisher(
             JointState, f"{topic}joint_states", JOINT_STATES_PUB, subscribers=1
         )
+        self._clock = ros.publisher(Clock, "/clock", CLOCK) if lockstep else None
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def __enter__(self):
@@ -62,7 +71,16 @@ class FakeRobot:
     def vector(self, quantity: str) -> np.ndarray:
         return np.array([getattr(self, quantity)[joint] for joint in self.joints])
 
+    def wait_for_state(self):
+        """Return right after the next state has been published."""
+        count = len(self.states)
+        while len(self.states) == count:
+            time.sleep(0.0005)
+
     def _take(self, message):
+        if self.is_deaf:
+            return
+        self.heard.append(time.monotonic())
         self.commands.append(message)
         self.velocities.update(zip(message.name, message.velocity, strict=False))
         self._answer.set()
@@ -92,5 +110,7 @@ class FakeRobot:
         )
         message.header.stamp = time_message(self.stamp)
         self.states.append((self.stamp, dict(self.positions)))
+        if self._clock is not None:
+            self._clock.publish(Clock(clock=message.header.stamp))
         self.distort(message)
         self._publisher.publish(message)

@@ -8,7 +8,18 @@ import time
 
 import numpy as np
 import pytest
-from controlled_robot import CONTROLLER, HORIZON, JOINTS, LONG, MOVING, PERIOD, ROBOT, table
+from controlled_robot import (
+    CONTROLLER,
+    HORIZON,
+    JOINTS,
+    LONG,
+    MOVING,
+    PERIOD,
+    ROBOT,
+    assert_stopped,
+    begin_trial,
+    table,
+)
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from fake_robot import FakeRobot
 from std_msgs.msg import Float64MultiArray
@@ -35,48 +46,11 @@ def diagnostics(graph):
 
 
 @pytest.fixture
-def short_timeout(graph):
-    """Long enough for the robot, which is a thread of this process and may have to wait."""
-    assert graph.set_parameters("controller", {"state_timeout": 0.8}).successful
-    yield
-    assert graph.set_parameters("controller", {"state_timeout": 2.0}).successful
-
-
-@pytest.fixture
 def robot(graph):
     # In lockstep, lest a busy computer loses states: that would be another reason to stop.
     with FakeRobot(graph, JOINTS, lockstep=True) as fake:
         yield fake
     assert graph.set_parameters("controller", table([0.0, 0.0])).successful
-
-
-def begin_trial(graph, robot, policy):
-    """Start a trial and wait until the robot moves; return the future answer."""
-    assert graph.set_parameters("controller", policy).successful
-    graph.wait_for(lambda: len(robot.states) > 5, "states")
-    answer = graph.trigger_async("controller/run_trial")
-    graph.wait_for(lambda: len(robot.commands) > 3, "commands")
-    return answer
-
-
-def assert_stopped(graph, robot, answer, reason, diagnostics):
-    """The answer and /diagnostics give the reason, and zero velocity was the last command."""
-    graph.wait_for(answer.done, "the answer", 3.0)
-    response = answer.result()
-    assert not response.success
-    assert reason in response.message
-    graph.wait_for(
-        lambda: any(
-            status.level == DiagnosticStatus.ERROR and reason in status.message
-            for message in diagnostics.messages
-            for status in message.status
-        ),
-        f"diagnostics that say {reason!r}",
-    )
-    graph.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
-    count = len(robot.commands)
-    time.sleep(0.05)
-    assert len(robot.commands) == count, "idle means that nothing is published"
 
 
 def trigger_when_heard(ros, service):
@@ -180,17 +154,6 @@ def test_an_effort_robot_gets_efforts(ros):
     assert all(len(command.velocity) == 0 for command in robot.commands)
 
 
-@pytest.mark.usefixtures("short_timeout")
-def test_silent_joint_states_stop_the_robot(graph, robot, diagnostics):
-    answer = begin_trial(graph, robot, MOVING)
-    robot.is_silent = True
-    began = time.monotonic()
-    graph.wait_for(lambda: list(robot.commands[-1].velocity) == [0.0, 0.0], "zero velocity")
-    assert 0.7 < time.monotonic() - began < 1.6
-    assert_stopped(graph, robot, answer, "no joint state for 0.8 s of: elbow, wrist", diagnostics)
-
-
-@pytest.mark.usefixtures("short_timeout")
 def test_a_joint_that_goes_missing_stops_the_robot(graph, robot, diagnostics):
     answer = begin_trial(graph, robot, MOVING)
 
@@ -200,7 +163,7 @@ def test_a_joint_that_goes_missing_stops_the_robot(graph, robot, diagnostics):
             del values[place]
 
     robot.distort = drop_wrist
-    assert_stopped(graph, robot, answer, "no joint state for 0.8 s of: wrist", diagnostics)
+    assert_stopped(graph, robot, answer, "no joint state for 1 s of: wrist", diagnostics)
 
 
 @pytest.mark.parametrize(
@@ -281,7 +244,6 @@ def test_disabling_stops_the_trial_and_refuses_the_next(graph, robot, diagnostic
     graph.trigger("controller/stop")
 
 
-@pytest.mark.usefixtures("short_timeout")
 def test_stamps_that_run_back_or_jump_stop_the_robot(graph, robot, diagnostics):
     answer = begin_trial(graph, robot, MOVING)
     robot.stamp -= 1_500_000_000

@@ -236,7 +236,8 @@ def test_a_bag_replayed_over_dds_is_recorded_again(ros, tmp_path, source, comman
     robot = Robot(ros, joints=original.joint_names, output_directory=str(tmp_path / "again"))
     # The recording begins with a state of long before, so that the first sample is no special case.
     robot.last = JointState(name=list(original.joint_names))
-    robot.last.header.stamp = time_message(round(original.stamps[0] * 1e9) - 10_000_000_000)
+    before = max(TICK, round(original.stamps[0] * 1e9) - 10_000_000_000)
+    robot.last.header.stamp = time_message(before)
     robot.last.position = robot.last.velocity = [0.0] * len(original.joint_names)
     robot.call("start")
     kinds = {"joint_states": robot.states, "joint_command": robot.commands}

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import toy_robot
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -35,7 +35,10 @@ class FakeRobot:
 
     def __init__(self, graph, namespace):
         self.calls: list[str] = []
-        self.parameters: dict[str, dict] = {"controller": {}, "demonstration_recorder": {}}
+        self.parameters: dict[str, dict] = {
+            "controller": {},
+            "demonstration_recorder": {"output_directory": "recordings"},
+        }
         self.refuse: dict[str, str] = {}
         self.steps = toy_robot.HORIZON
         self.go = threading.Event()
@@ -47,6 +50,9 @@ class FakeRobot:
                 f"{namespace}/{name}/set_parameters_atomically",
                 lambda request, response, name=name: self._set(name, request, response),
             )
+        graph.node.create_service(
+            GetParameters, f"{namespace}/demonstration_recorder/get_parameters", self._get
+        )
         for name in (
             "controller/stop",
             "controller/move_to_start",
@@ -61,7 +67,13 @@ class FakeRobot:
                 callback_group=MutuallyExclusiveCallbackGroup(),
             )
         self._recording = False
+        self._directory = ""
         self._bag: Path | None = None
+
+    def _get(self, request, response):
+        values = [self.parameters["demonstration_recorder"][name] for name in request.names]
+        response.values = [Parameter("_", value=value).get_parameter_value() for value in values]
+        return response
 
     def _set(self, name, request, response):
         values = {p.name: parameter_value_to_python(p.value) for p in request.parameters}
@@ -80,6 +92,7 @@ class FakeRobot:
             return response
         if name == "demonstration_recorder/start":
             self._recording = True
+            self._directory = self.parameters["demonstration_recorder"]["output_directory"]
         if name == "controller/run_trial":
             self.go.wait(20.0)
             self._bag = self._try_policy()
@@ -91,8 +104,7 @@ class FakeRobot:
         start = self.parameters["controller"]["start_position"]
         self.seed += 1
         trial = toy_robot.trial_of(policy, start, self.seed, self.steps)
-        directory = self.parameters["demonstration_recorder"]["output_directory"]
-        return write_trajectory(Path(directory), trial)
+        return write_trajectory(Path(self._directory), trial)
 
 
 class Workplace:
@@ -148,6 +160,8 @@ def test_two_iterations(place):
         "demonstration_recorder/stop",
         *["controller/move_to_start", *trial] * 2,
     ]
+    recorder = robot.parameters["demonstration_recorder"]
+    assert recorder["output_directory"] == "recordings", "it is as it was"
     second = place.learn()
     assert second.success, second.message
     found = place.run.metrics()

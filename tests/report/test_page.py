@@ -114,6 +114,17 @@ def test_what_is_missing_is_said(artwork: Artwork) -> None:
     assert "What matters" not in text
 
 
+def test_the_best_trial_is_marked_and_its_command_told(artwork: Artwork) -> None:
+    run = dataclasses.replace(summary(("a", "b")), best_command="ros2 run it")
+    text = Page(render_page(run, artwork)).text
+    assert "The best trial so far is that of iteration 0." in text
+    assert "ros2 run it" in text
+    assert "0, initial trial, best" in text
+    assert text.count(", best") == 1
+    unknown = dataclasses.replace(run, best_command="")
+    assert "best trial" not in Page(render_page(unknown, artwork)).text
+
+
 def test_names_are_escaped(artwork: Artwork) -> None:
     run = dataclasses.replace(summary(("a", "b")), name="<b>&", settings={"k<": "v&"})
     html = render_page(run, artwork)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from hypothesis import given
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 
+from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.ros.messages import (
+    clock_time,
     joint_command,
     nanoseconds,
     time_message,
@@ -24,3 +29,14 @@ def test_commands_fill_the_field_of_their_interface():
     assert (list(effort.velocity), list(effort.effort)) == ([], [0.1, 0.2])
     for message in (velocity, effort):
         assert nanoseconds(message.header.stamp) == 5
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**31 * 10**9 - 1))
+def test_a_clock_is_read_from_its_bytes(time):
+    assert clock_time(serialize_message(Clock(clock=time_message(time)))) == time
+
+
+def test_bytes_that_are_no_clock_are_refused():
+    with pytest.raises(BagError, match="5 bytes are no rosgraph_msgs/Clock"):
+        clock_time(b"\0\1\0\0\7")

@@ -1,0 +1,71 @@
+"""Which trial of a run is the best so far, and its policy in best_policy.yaml."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterable
+from pathlib import Path
+
+from irlpilco_ros.experience.durable import write_atomically
+from irlpilco_ros.experience.errors import FileError
+from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.plain_files import open_regular, read_text
+from irlpilco_ros.experience.run_directory import RunDirectory
+
+
+def best_row(rows: Iterable[MetricsRow]) -> MetricsRow | None:
+    """Return the row of least error (6.1) among those of iterations; None if there is none."""
+    judged = [row for row in rows if row.iteration is not None and math.isfinite(row.mse)]
+    return min(judged, key=lambda row: row.mse, default=None)
+
+
+def keep_best_policy(run: RunDirectory) -> None:
+    """Bring best_policy.yaml up to date: a copy of the best trial's policy file, whole at any time.
+
+    Raises:
+        FileError: the policy cannot be read, or the copy not be written.
+        RunDirectoryError: metrics.csv cannot be read.
+    """
+    best = best_row(run.metrics())
+    if best is None or best.iteration is None:
+        return
+    head = f"# {_words(best)}\n"
+    if not _begins(run.best_policy_file, head.encode()):
+        policy = read_text(run.policy_file(best.iteration))
+        write_atomically(run.best_policy_file, (head + policy).encode())
+
+
+def best_command(run: RunDirectory) -> str:
+    """Return the command that runs the best policy so far; "" if no trial was judged yet."""
+    best = best_row(run.metrics())
+    if best is None or best.iteration is None:
+        return ""
+    copy = run.best_policy_file
+    file = copy if copy.exists() else run.policy_file(best.iteration)
+    return f"ros2 run irlpilco_ros controller --ros-args --params-file {shlex.quote(str(file))}"
+
+
+def best_sentence(run: RunDirectory) -> str:
+    """Return a line that tells the best trial so far, and how to run its policy.
+
+    Raises:
+        RunDirectoryError: metrics.csv cannot be read.
+    """
+    best = best_row(run.metrics())
+    if best is None:
+        return "best: no trial has been judged yet"
+    return f"best: {_words(best)}; run it: {best_command(run)}"
+
+
+def _words(best: MetricsRow) -> str:
+    return f"iteration {best.iteration}, trial {best.trial:03d}, {best.rmse_rad:.4f} rad off (RMSE)"
+
+
+def _begins(path: Path, head: bytes) -> bool:
+    """Whether a file is there and begins so: the policy of a judged iteration never changes."""
+    try:
+        with open_regular(path) as stream:
+            return stream.read(len(head)) == head
+    except (FileError, OSError):
+        return False

@@ -1,0 +1,66 @@
+"""What the recorder must know: joints, how often, and where to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.settings import check, setting
+
+
+@dataclass(frozen=True)
+class RecorderSettings:
+    """What the recorder records, and where to.
+
+    Raises:
+        InvalidSettingError: a value is out of its range, or there is no such folder as the
+            `output_directory` that is named.
+    """
+
+    joints: tuple[str, ...] = setting((), "Names of the joints to record.")
+    continuous_joints: tuple[str, ...] = setting(
+        (), "Those of `joints` that turn without end: a wrap of their angle is no motion."
+    )
+    control_period: float = setting(
+        0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
+    )
+    sample_rate: float = setting(
+        0.0,
+        "Samples per second of message time, as long as there are no commands; 0: one for each "
+        "control_period.",
+        unit="Hz",
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    output_directory: str = setting("recordings", "Folder that gets the bags, 000, 001, ...")
+
+    def __post_init__(self) -> None:
+        check(self)
+        _ = self.directory
+
+    @property
+    def period(self) -> int:
+        """Time between samples as long as there are no commands [ns]."""
+        seconds = 1.0 / self.sample_rate if self.sample_rate else self.control_period
+        return round(seconds * NANOSECONDS)
+
+    @property
+    def directory(self) -> Path:
+        """The folder that gets the bags, as an absolute path.
+
+        Raises:
+            InvalidSettingError: it is not named, or lies in the home of a user that is not there.
+        """
+        if not self.output_directory.strip():
+            raise InvalidSettingError(
+                "output_directory is empty; name the folder that gets the bags, such as recordings"
+            )
+        try:
+            return Path(self.output_directory).expanduser().absolute()
+        except RuntimeError as error:
+            raise InvalidSettingError(
+                f"output_directory is {self.output_directory!r}, but there is no such user's home; "
+                "name a folder by its path"
+            ) from error

@@ -1,0 +1,179 @@
+"""Nothing new of the robot, or of the controller itself: the motion ends, on a steady clock."""
+
+from __future__ import annotations
+
+import signal
+import statistics
+import time
+
+import pytest
+from controlled_robot import CONTROLLER, JOINTS, LONG, MOVING, assert_stopped, begin_trial
+from diagnostic_msgs.msg import DiagnosticArray
+from fake_robot import FakeRobot
+
+from irlpilco_ros.ros.messages import time_message
+
+pytestmark = pytest.mark.dds
+
+TRIES = 5
+BAR = 0.15  # [s] from the robot's last word to zero velocity
+RELAXED = {"state_timeout": 1.0, "command_timeout": 1.0}
+
+
+@pytest.fixture(scope="module")
+def graph(shared_ros):
+    # As users have it: the tests of LONG itself wait longer.
+    strict = {key: value for key, value in LONG.items() if key not in RELAXED}
+    shared_ros.controller = shared_ros.start(CONTROLLER, parameters=strict)
+    return shared_ros
+
+
+@pytest.fixture(scope="module")
+def diagnostics(graph):
+    return graph.listen(DiagnosticArray, "/diagnostics", publishers=1)
+
+
+def run_undisturbed(graph, robot, seconds=0.3, deadline=60.0):
+    """Begin a trial that lasts so long; a busy computer that ends it before gets another try."""
+    end = time.monotonic() + deadline
+    while time.monotonic() < end:
+        robot.commands.clear()
+        robot.heard.clear()
+        answer = begin_trial_or_none(graph, robot)
+        if answer is not None:
+            time.sleep(seconds)
+            if not answer.done():
+                return answer
+    raise AssertionError(f"no trial went on for {seconds} s within {deadline} s")
+
+
+def begin_trial_or_none(graph, robot):
+    assert graph.set_parameters("controller", MOVING).successful
+    graph.wait_for(lambda: len(robot.states) > 20, "states")
+    answer = graph.trigger_async("controller/run_trial")
+    graph.wait_for(lambda: len(robot.commands) > 3 or answer.done(), "commands")
+    return None if answer.done() else answer
+
+
+def time_to_stop(graph, robot, spoil, mend):
+    """Spoil the joint states in a trial; return the time to zero velocity [s], and the answer."""
+    answer = run_undisturbed(graph, robot)
+    robot.wait_for_state()
+    began = time.monotonic()
+    spoil()
+    graph.wait_for(answer.done, "the answer", 3.0)
+    graph.wait_for(lambda: not any(robot.commands[-1].velocity), "zero velocity")
+    stopped = next(
+        heard
+        for heard, command in zip(robot.heard, robot.commands, strict=True)
+        if heard > began and not any(command.velocity)
+    )
+    mend()
+    return stopped - began, answer.result()
+
+
+def silence(robot):
+    def spoil():
+        robot.is_silent = True
+
+    def mend():
+        robot.is_silent = False
+
+    return spoil, mend
+
+
+def distortion(distort):
+    def make(robot):
+        def spoil():
+            state = {"stamp": robot.stamp}
+            robot.distort = lambda message: distort(message, robot, state)
+
+        def mend():
+            robot.distort = lambda message: None
+
+        return spoil, mend
+
+    return make
+
+
+def freeze(message, robot, state):
+    message.header.stamp = time_message(state["stamp"])
+
+
+def run_back(message, robot, state):
+    message.header.stamp = time_message(2 * state["stamp"] - robot.stamp)
+
+
+def saw(message, robot, state):
+    message.header.stamp = time_message(state["stamp"] - 20_000_000 - robot.stamp % 100_000_000)
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [
+        (silence, "no joint state for 0.12 s of: elbow, wrist"),
+        (distortion(freeze), "stamps do not advance"),
+        (distortion(run_back), "stamps do not advance"),
+        (distortion(saw), "stamps do not advance"),
+    ],
+    ids=["silence", "frozen", "back", "saw"],
+)
+def test_zero_velocity_comes_in_time(graph, fault, reason):
+    with FakeRobot(graph, JOINTS, wall_step=0.01) as robot:
+        times, answers = [], []
+        for _ in range(TRIES):
+            seconds, answer = time_to_stop(graph, robot, *fault(robot))
+            times.append(seconds)
+            answers.append(answer.message)
+            assert not answer.success
+            robot.positions.update(dict.fromkeys(JOINTS, 0.0))
+    assert 0.1 < statistics.median(times) < BAR, times
+    # A computer that is too busy may give another reason now and then.
+    assert sum(reason in answer for answer in answers) > TRIES // 2, answers
+
+
+def test_stamps_that_are_zero_from_the_start_move_nothing(graph):
+    with FakeRobot(graph, JOINTS, wall_step=0.01) as robot:
+        robot.distort = lambda message: setattr(message.header, "stamp", time_message(0))
+        assert graph.set_parameters("controller", MOVING).successful
+        graph.wait_for(lambda: len(robot.states) > 50, "states")
+        answer = graph.trigger("controller/run_trial", timeout=3.0)
+        assert not answer.success
+        assert "stamps do not advance" in answer.message
+        assert "0.000 s" in answer.message
+        assert robot.commands == []
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.7])
+def test_a_controller_that_was_stopped_itself_ends_the_trial(graph, diagnostics, seconds):
+    with FakeRobot(graph, JOINTS, wall_step=0.01) as robot:
+        answer = run_undisturbed(graph, robot)
+        graph.controller.send(signal.SIGSTOP)
+        time.sleep(seconds)
+        count = len(robot.commands)
+        graph.controller.send(signal.SIGCONT)
+        graph.wait_for(answer.done, "the answer", 3.0)
+        assert not answer.result().success
+        assert "no command went out for" in answer.result().message
+        assert "held up?" in answer.result().message
+        graph.wait_for(lambda: not any(robot.commands[-1].velocity), "zero velocity")
+        assert not any(any(command.velocity) for command in robot.commands[count:]), "no jerk"
+
+
+def test_a_joint_beyond_its_limit_stops_the_robot_whatever_is_commanded(graph, diagnostics):
+    with FakeRobot(graph, JOINTS, wall_step=0.01) as robot:
+        answer = run_undisturbed(graph, robot)
+        robot.positions["wrist"] = 1.02  # the trial moves it back
+        reason = "joint wrist is at 1.0"
+        assert_stopped(graph, robot, answer, reason, diagnostics)
+        assert "beyond its upper limit 1 rad" in answer.result().message
+
+
+def test_a_waiting_simulation_may_stand_still_and_repeat_itself(graph):
+    with FakeRobot(graph, JOINTS, lockstep=True) as robot:
+        answer = begin_trial(graph, robot, MOVING)
+        robot.is_deaf = True
+        time.sleep(0.6)
+        assert not answer.done()
+        robot.is_deaf = False
+        graph.trigger("controller/stop")
