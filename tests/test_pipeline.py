@@ -41,7 +41,7 @@ class Pipeline:
         self.progress = graph.listen(DiagnosticArray, "learner/progress", DIAGNOSTICS)
         self.health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
         self.robot = folder / "robot.yaml"
-        self.robot.write_text(SHIPPED.read_text().replace("horizon: 16", f"horizon: {HORIZON}"))
+        self.robot.write_text(SHIPPED.read_text())
         recordings = {"output_directory": str(folder / "recordings")}
         self.simulator = self.start_simulator()
         graph.start("sim_bridge.demonstrator_node", files=[self.robot], wait=False)
@@ -70,7 +70,11 @@ class Pipeline:
         self.health.clear()
         learner = self.graph.start(
             "irlpilco_ros.nodes.learner",
-            parameters={"run_directory": str(self.run.path), "demonstration": demonstration},
+            parameters={
+                "run_directory": str(self.run.path),
+                "demonstration": demonstration,
+                "demonstration_window": [0.0, 0.5 * HORIZON],
+            },
             files=[self.robot, self.settings],
             wait=False,
         )

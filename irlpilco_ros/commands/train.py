@@ -114,7 +114,7 @@ def learn(
     )
     try:
         for line in learning.about_demonstration():
-            print(line, flush=True)
+            print(line, file=sys.stderr)
         print(metrics_table.header(), flush=True)
         for name, bag in numbers(bags).items():
             prepare(learning)
@@ -145,7 +145,7 @@ def whole_trials(folder: Path, robot: RobotSettings, horizon: int, topic: str = 
     for bag in bags_in(folder):
         try:
             recorded = read_bag(bag, topic, robot.joints)
-            recorded.rollout(robot.roles, horizon, robot.control_period)
+            recorded.trial(robot.roles, horizon, robot.control_period)
         except BagError as error:
             reasons.append(f"{bag.name}: {error}")
         else:

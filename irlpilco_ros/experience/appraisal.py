@@ -35,7 +35,7 @@ def appraisal(recorded: Trajectory, robot: RobotSettings, window: Window = ()) -
 
 def _trial(recorded: Trajectory, robot: RobotSettings) -> str:
     try:
-        steps = recorded.rollout(robot.roles, robot.horizon or None, robot.control_period).steps
+        steps = recorded.trial(robot.roles, robot.horizon or None, robot.control_period).steps
     except BagError as error:
         return f"refused: {error}"
     return f"{steps} decisions, one every {robot.control_period:g} s"

@@ -145,14 +145,16 @@ def configuration(
 def check_demonstration(
     directory: RunDirectory, source: Path, robot: RobotSettings, topic: str, window: Window
 ) -> None:
-    """Check that a run can take bags for its demonstration; arguments as `Apprenticeship.open`.
+    """Check that a run can take bags for its demonstration, in place of one without a trial.
+
+    Arguments are those of `Apprenticeship.open`.
 
     Raises:
         RunDirectoryError: the run has learned from another one.
         BagError: it cannot be read, or this robot cannot imitate it.
     """
     checked_demonstrations(source, robot, topic, window)
-    directory.check_demonstration(source)
+    directory.check_demonstration(source, replace=True)
 
 
 class Apprenticeship:
@@ -196,6 +198,7 @@ class Apprenticeship:
         settings: LearningSettings,
         topic: str = "",
         window: Window = (),
+        replace: bool = False,
     ) -> Self:
         """Begin a run, or go on with the one in this directory.
 
@@ -208,6 +211,7 @@ class Apprenticeship:
             topic: Which topic of joint states to take of bags where several tell the same joints.
             window: Begin and end of what is imitated, since the first sample of the demonstration
                 [s]; empty for the motion that is found.
+            replace: Whether the demonstration takes the place of one that nothing was learned from.
 
         Raises:
             RunDirectoryError: no demonstration, or the run was begun with another one or with
@@ -227,8 +231,10 @@ class Apprenticeship:
                 f"{path} has no demonstration yet; set the learner's parameter `demonstration` "
                 "to the bag of a recorded demonstration"
             )
+        asked = configuration(robot, settings, topic, window)
+        directory.check_configuration(asked, replace)
         shown = checked_demonstrations(source, robot, topic, window)
-        directory.claim(configuration(robot, settings, topic, window), source)
+        directory.claim(asked, source, replace)
         try:
             run = cls(directory, robot, settings, shown)
             run._judge_the_unjudged()

@@ -147,14 +147,14 @@ def _samples(samples: Trajectory) -> list[str]:
 
 
 def _content(samples: Trajectory) -> str:
-    if samples.commanded.any():
-        try:
-            return f"trial of {samples.rollout(_roles(samples)).steps} control periods"
-        except BagError as error:
-            return f"no whole trial: {error}"
-    if samples.missing or len(samples) < 2:
-        return f"no whole demonstration: {len(samples)} samples, {samples.missing} missing"
-    return f"demonstration of {len(samples) - 1} control periods if one is {samples.cadence:.3f} s"
+    kind = "trial" if samples.commanded.any() else "demonstration"
+    try:
+        steps = samples.rollout(_roles(samples)).steps
+    except BagError as error:
+        return f"no whole {kind}: {error}"
+    # Only a trial tells what the control period is.
+    pace = "" if samples.commanded.any() else f" if one is {samples.cadence:.3f} s"
+    return f"{kind} of {steps} control periods{pace}"
 
 
 def _roles(samples: Trajectory) -> Joints:

@@ -117,12 +117,16 @@ class RunDirectory:
         """What an iteration found, as npz."""
         return self.path / "iterations" / f"{iteration:03d}.npz"
 
-    def claim(self, configuration: Mapping[str, Any], demonstration: Path) -> Self:
+    def claim(
+        self, configuration: Mapping[str, Any], demonstration: Path, replace: bool = False
+    ) -> Self:
         """Make the run directory, or go on with it, and keep others from writing to it.
 
         Args:
             configuration: Everything that results depend on: name -> number, word or list.
             demonstration: Bag of the demonstration, or folder of several bags NNN.
+            replace: Whether it, or another part of it, takes the place of one that nothing was
+                learned from; that one is kept.
 
         Returns:
             Itself, so that it can stand in a `with`.
@@ -146,8 +150,9 @@ class RunDirectory:
                 f"cannot write to the run directory {self.path}: {error.strerror or error}"
             ) from error
         try:
-            self._claim_configuration(configuration)
-            self._claim_demonstration(demonstration)
+            replace = replace and not self.has_learned()
+            self._claim_configuration(configuration, replace)
+            self._claim_demonstration(demonstration, replace)
         except BaseException:
             self.release()
             raise
@@ -223,7 +228,7 @@ class RunDirectory:
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return read_bag(bag, *self._how_to_read()).rollout(joints, horizon, period)
+        return read_bag(bag, *self._how_to_read()).trial(joints, horizon, period)
 
     def search_trials(
         self, joints: Joints, horizon: int, since: int = 0, period: float | None = None
@@ -358,51 +363,62 @@ class RunDirectory:
         os.write(lock, f"{os.getpid()}\n".encode())
         self._lock = lock
 
-    def _claim_configuration(self, configuration: Mapping[str, Any]) -> None:
+    def check_configuration(self, configuration: Mapping[str, Any], replace: bool = False) -> None:
+        """Check that a run was begun with this configuration, if it was begun at all.
+
+        Args:
+            configuration: As in `claim`.
+            replace: Whether another part of the demonstration may be named.
+
+        Raises:
+            RunDirectoryError: names the keys that differ.
+        """
         if not self.configuration_file.exists():
-            if self.trial_bags() or self.metrics_file.exists():
-                raise RunDirectoryError(
-                    f"{self.path} holds trials but no config.yaml; it is no run that could go "
-                    "on. Choose another run directory"
-                )
-            write_configuration(self.configuration_file, configuration)
             return
         before = self.configuration()
-        differences = differing_keys(before, configuration)
-        if differences and not self.has_learned():  # another part of the demonstration may be named
+        if replace and not self.has_learned():
             before.pop(WINDOW, None)
-            named = {WINDOW: configuration[WINDOW]} if WINDOW in configuration else {}
-            differences = differing_keys({**before, **named}, configuration)
-            if not differences:
-                write_configuration(self.configuration_file, configuration)
+            before |= {WINDOW: configuration[WINDOW]} if WINDOW in configuration else {}
+        differences = differing_keys(before, configuration)
         if differences:
             raise RunDirectoryError(
                 f"{self.path} was begun with another configuration: {'; '.join(differences)}. "
                 "Choose another run directory, or ask for the same as before"
             )
 
-    def check_demonstration(self, demonstration: Path) -> None:
-        """Check that a demonstration is the run's own, or that the run has learned nothing yet.
+    def check_demonstration(self, demonstration: Path, replace: bool = False) -> None:
+        """Check that a demonstration is the run's own, or may `replace` one without a trial.
 
         Raises:
             RunDirectoryError: the run was begun with another one.
         """
         copy = self.demonstration_directory
-        if copy.exists() and self.has_learned() and not self._is_own(demonstration):
+        replace = replace and not self.has_learned()
+        if copy.exists() and not replace and not self._is_own(demonstration):
             raise RunDirectoryError(
                 f"{self.path} was begun with another demonstration: {demonstration} differs from "
                 f"the copy in {copy}. Choose another run directory, or the demonstration of before"
             )
 
+    def _claim_configuration(self, configuration: Mapping[str, Any], replace: bool) -> None:
+        if not self.configuration_file.exists() and self.has_learned():
+            raise RunDirectoryError(
+                f"{self.path} holds trials but no config.yaml; it is no run that could go on. "
+                "Choose another run directory"
+            )
+        self.check_configuration(configuration, replace)
+        if replace or not self.configuration_file.exists():
+            write_configuration(self.configuration_file, configuration)
+
     def _is_own(self, demonstration: Path) -> bool:
         copy = self.demonstration_directory
         return demonstration.absolute() == copy or same_demonstrations(demonstration, copy)
 
-    def _claim_demonstration(self, demonstration: Path) -> None:
+    def _claim_demonstration(self, demonstration: Path, replace: bool) -> None:
         copy = self.demonstration_directory
         if copy.exists() and self._is_own(demonstration):
             return
-        self.check_demonstration(demonstration)
+        self.check_demonstration(demonstration, replace)
         replaced = first_free(suffixed(copy, REPLACED)) if copy.exists() else None
         if replaced is not None:
             copy.rename(replaced)

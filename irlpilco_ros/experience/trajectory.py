@@ -93,42 +93,64 @@ class Trajectory:
             )
         return [self.joint_names.index(joint) for joint in joints]
 
-    def rollout(
-        self, joints: Joints, horizon: int | None = None, period: float | None = None
-    ) -> Rollout:
-        """Return the trial as learning sees it: all samples with commands.
+    def rollout(self, joints: Joints, horizon: int | None = None) -> Rollout:
+        """Return the trial, or what is there if there are no commands, sample by sample.
 
-        Samples without one that lie between them are left out. Its last command is the zero that
-        the controller sends on x[H]; it is not a control. Velocities that were not recorded are
-        computed from the positions, and joints that turn without end do not wrap.
+        A trial is all samples with commands; samples without one that lie between them are left
+        out. Its last command is the zero that the controller sends on x[H]; it is not a control.
+        Without commands it begins with the first sample, and what comes after `horizon` steps is
+        left out: a demonstration is brought to the control period by `shown_motion` first.
+        Velocities that were not recorded are computed from the positions, and joints that turn
+        without end do not wrap.
 
         Args:
             joints: Joints of the learning problem, in its order (J), F of them commanded.
             horizon: Number of control periods H that are expected; None takes what is there.
-            period: Control period that is expected [s]; None takes what is there.
 
         Returns:
-            States (H + 1, 2J) = [positions, velocities] and controls (H, F).
+            States (H + 1, 2J) = [positions, velocities] and controls (H, F), all NaN without
+            commands.
 
         Raises:
             BagError: a joint was not recorded.
-            IncompleteTrialError: nobody commanded the robot, samples are missing, the trial broke
-                off or is another robot's; says where.
+            IncompleteTrialError: samples are missing, or the trial broke off; says where.
         """
         columns, controls = self.columns(joints.names), self.columns(joints.commanded)
         samples = np.flatnonzero(self.commanded)
-        if not len(samples):
-            raise IncompleteTrialError("no command was recorded: it is no trial")
+        is_trial = len(samples) > 0
+        if not is_trial:
+            samples = self._demonstration(horizon)
         stamps, positions = self.stamps[samples], self.positions[samples][:, columns]
         _check_whole(stamps, positions)
-        self._check_trial(samples, controls, horizon)
-        _check_pace(stamps, period)
+        if is_trial:
+            self._check_trial(samples, controls, horizon)
         positions = unwrapped(positions, joints.names, joints.continuous)
         velocities = self.velocities[samples][:, columns]
         absent = ~np.isfinite(velocities)
         if absent.any():
             velocities = np.where(absent, measured_velocities(stamps, positions), velocities)
         return Rollout(np.hstack([positions, velocities]), self.commands[samples][:-1, controls])
+
+    def trial(
+        self, joints: Joints, horizon: int | None = None, period: float | None = None
+    ) -> Rollout:
+        """Return the trial of a robot with this control period [s]; None takes any.
+
+        Raises:
+            BagError: as `rollout`.
+            IncompleteTrialError: as `rollout`, or nobody commanded the robot, or it was commanded
+                at another pace.
+        """
+        decided = self.stamps[self.commanded]
+        if not len(decided):
+            raise IncompleteTrialError("no command was recorded: it is no trial")
+        usual = float(np.median(np.diff(decided))) if len(decided) > 1 else period
+        if usual and period and abs(usual - period) > PACE * period:
+            raise IncompleteTrialError(
+                f"its commands were decided every {usual:.3f} s; the robot's control_period is "
+                f"{period:g} s: it is no trial of this robot"
+            )
+        return self.rollout(joints, horizon)
 
     def _check_trial(self, samples: np.ndarray, controls: list[int], horizon: int | None) -> None:
         """Check that a trial has its end and its length."""
@@ -144,6 +166,16 @@ class Trajectory:
                 f"the trial has {steps}{expected} control periods; it ended at stamp {end:.3f} s"
             )
 
+    def _demonstration(self, horizon: int | None) -> np.ndarray:
+        """Return the samples of the demonstration."""
+        needed = 2 if horizon is None else horizon + 1
+        if len(self) < needed:
+            raise IncompleteTrialError(
+                f"the demonstration has {len(self)} samples; expected at least {needed}: one per "
+                "control period and the last state"
+            )
+        return np.arange(len(self) if horizon is None else needed)
+
 
 def missing_in(stamps: np.ndarray) -> int:
     """Return how many samples the gaps between stamps [s], shape (T,), could have held."""
@@ -152,18 +184,6 @@ def missing_in(stamps: np.ndarray) -> int:
     intervals = np.diff(stamps)
     multiples = intervals / np.median(intervals)
     return int((np.rint(multiples[multiples > GAP]) - 1).clip(min=1).sum())
-
-
-def _check_pace(stamps: np.ndarray, period: float | None) -> None:
-    """Check that a trial was decided once per control period [s]."""
-    if period is None:
-        return
-    usual = float(np.median(np.diff(stamps)))
-    if abs(usual - period) > PACE * period:
-        raise IncompleteTrialError(
-            f"its commands were decided every {usual:.3f} s; the robot's control_period is "
-            f"{period:g} s: it is no trial of this robot"
-        )
 
 
 def _check_whole(stamps: np.ndarray, positions: np.ndarray) -> None:

@@ -14,7 +14,7 @@ from irlpilco_ros.learning import imitation
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
-from irlpilco_ros.learning.gp.prior_mean import seen_prior, velocity_prior
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -25,7 +25,7 @@ from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
-from irlpilco_ros.learning.prediction.trial_data import train_on_trials
+from irlpilco_ros.learning.prediction.trial_data import seen_prior, train_on_trials
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum

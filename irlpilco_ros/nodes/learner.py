@@ -104,6 +104,7 @@ class Learner(SuiteNode):
         )
         self._run: Apprenticeship | None = None
         self._told: tuple[str, ...] = ()
+        self._chosen_anew = False  # by somebody who set parameters since the start
         self._busy = False
         self._progress = LearnerProgress()
         self._iteration_clock = IterationClock()
@@ -153,6 +154,7 @@ class Learner(SuiteNode):
 
     def _move(self, where: RunSettings) -> None:
         self._where = where
+        self._chosen_anew = True
 
     def _first_words(self) -> str:
         """Check the run at the start, so that a wrong one is refused before the robot moves."""
@@ -177,6 +179,7 @@ class Learner(SuiteNode):
             self._settings,
             self._where.joint_states_topic,
             self._where.demonstration_window,
+            replace=self._chosen_anew,
         )
         about = tuple(self._run.about_demonstration())
         for line in about:

@@ -10,9 +10,10 @@ from toy_models import DT, JOINTS, LaggingJoints, toy_demonstration, toy_task
 from irlpilco_ros.learning import LearningSettings, Rollout, apprenticeship
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import JointPositions
-from irlpilco_ros.learning.gp.prior_mean import seen_prior, velocity_prior
+from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.joints import Joints, PolicyOf
 from irlpilco_ros.learning.learn import learn, start_state
+from irlpilco_ros.learning.prediction.trial_data import seen_prior
 from irlpilco_ros.learning.state_layout import StateLayout
 
 NAMES = tuple(f"joint{number}" for number in range(JOINTS))

@@ -13,7 +13,6 @@ import numpy as np
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.learning.state_layout import StateLayout
 
 
 def zero_prior(states: int, controls: int) -> Array:
@@ -44,23 +43,3 @@ def velocity_prior(joints: int, dt: float) -> Array:
         )
     identity, nothing = np.eye(joints), np.zeros((joints, joints))
     return np.block([[nothing, nothing, dt * identity], [nothing, -identity, identity]])
-
-
-def seen_prior(prior: Array, layout: StateLayout) -> Array:
-    """Return a prior mean of the state and the controls, for what a dynamics model sees of them.
-
-    Sine and cosine of an angle say nothing linear about a change: their columns are zero, and that
-    of an angle that is not seen itself is left out.
-
-    Args:
-        prior: A for the inputs [state, controls] and increments of all states, shape (D, D + F).
-        layout: What the model sees, P of the D states and their sines and cosines, and what it
-            predicts.
-
-    Returns:
-        A of shape (D, P + F).
-    """
-    size = layout.state_size
-    of_state = prior[:, :size] + np.diag(1.0 - layout.difference_mask)
-    extended = np.hstack([of_state, np.zeros((size, 2 * len(layout.angles or ())))])
-    return np.hstack([extended[:, list(layout.dynamics_inputs or ())], prior[:, size:]])

@@ -49,3 +49,23 @@ def train_on_trials(
         hyperprior=hyperprior,
         max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
     )
+
+
+def seen_prior(prior: Array, layout: StateLayout) -> Array:
+    """Return a prior mean of the state and the controls, for what a dynamics model sees of them.
+
+    Sine and cosine of an angle say nothing linear about a change: their columns are zero, and that
+    of an angle that is not seen itself is left out.
+
+    Args:
+        prior: A for the inputs [state, controls] and increments of all states, shape (D, D + F).
+        layout: What the model sees, P of the D states and their sines and cosines, and what it
+            predicts.
+
+    Returns:
+        A of shape (D, P + F).
+    """
+    size = layout.state_size
+    of_state = prior[:, :size] + np.diag(1.0 - layout.difference_mask)
+    extended = np.hstack([of_state, np.zeros((size, 2 * len(layout.angles or ())))])
+    return np.hstack([extended[:, list(layout.dynamics_inputs or ())], prior[:, size:]])
