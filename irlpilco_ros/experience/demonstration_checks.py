@@ -29,6 +29,7 @@ _FASTER = 1.05
 _UNTRUE = 0.5
 # A step that leads to or from all zeros must be truer than that [rad].
 _JUMP = 0.05
+_STEP = 0.1  # [s]
 _COARSE = 1.1  # control periods between samples
 
 
@@ -99,44 +100,71 @@ def _guess(shown: Trajectory, robot: RobotSettings) -> str:
 
 
 def _steps(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
-    """Name the step that is too fast, or else the one that is least true to the recorded speeds."""
-    passed = np.diff(shown.stamps)[:, None]
+    """Name the step that is too fast, or else the one that is least true to the recorded speeds.
+
+    From sample to sample, and over a tenth of a second, which noise makes no speed of.
+    """
+    wide = max(1, round(_STEP / shown.cadence))
+    for lag in sorted({1, min(wide, len(shown) - 1)}):
+        fault = _too_fast(shown, robot, lag) or _untrue(shown, robot, lag)
+        if fault:
+            yield fault
+            return
+
+
+def _too_fast(shown: Trajectory, robot: RobotSettings, lag: int) -> str:
+    """Name the worst step over `lag` samples that is beyond a speed limit; empty if none is."""
+    steps, passed = _steps_over(lag, shown, robot)
+    limit = np.array(robot.velocity_limit)
+    excess = np.abs(steps) - _FASTER * limit * passed - _NOISE
+    if (excess <= 0.0).all():
+        return ""
+    k, joint = _worst(excess / passed)
+    speed = abs(steps[k, joint]) / passed[k, 0]
+    return (
+        f"{robot.joints[joint]} goes from {shown.positions[k, joint]:.4f} to "
+        f"{shown.positions[k + lag, joint]:.4f} rad in {passed[k, 0]:.3f} s, after "
+        f"{_time(shown, k):.2f} s: {speed:.1f} rad/s, where its limit is {limit[joint]:g}"
+        + _reason(shown, k, lag, joint)
+    )
+
+
+def _untrue(shown: Trajectory, robot: RobotSettings, lag: int) -> str:
+    """Name the worst step over `lag` samples that is untrue to its speeds; empty if none is."""
+    steps, passed = _steps_over(lag, shown, robot)
+    between = np.diff(shown.stamps)[:, None] * (shown.velocities[1:] + shown.velocities[:-1])
+    way = np.vstack([np.zeros_like(shown.velocities[:1]), 0.5 * np.cumsum(between, axis=0)])
+    expected = way[lag:] - way[:-lag]
+    allowed = _UNTRUE * np.array(robot.velocity_limit) * passed + _NOISE
+    allowed = np.where(_beside_zero(shown, lag)[:, None], _JUMP, allowed)
+    excess = np.abs(steps - expected) - allowed
+    if (excess <= 0.0).all():
+        return ""
+    k, joint = _worst(excess / passed)
+    return (
+        f"{robot.joints[joint]} moves by {steps[k, joint]:.4f} rad in {passed[k, 0]:.3f} s, after "
+        f"{_time(shown, k):.2f} s, where its recorded speeds make {expected[k, joint]:.4f} rad"
+        + _reason(shown, k, lag, joint)
+    )
+
+
+def _steps_over(lag: int, shown: Trajectory, robot: RobotSettings) -> tuple[Array, Array]:
+    """Return how far the joints go over `lag` samples, (n - lag, J), and how long it takes."""
     places = unwrapped(shown.positions, robot.joints, robot.continuous_joints)
-    steps, limit = np.diff(places, axis=0), np.array(robot.velocity_limit)
-    too_fast = np.abs(steps) - _FASTER * limit * passed - _NOISE
-    if (too_fast > 0.0).any():
-        k, joint = _worst(too_fast / passed)
-        speed = abs(steps[k, joint]) / passed[k, 0]
-        yield (
-            f"{robot.joints[joint]} goes from {shown.positions[k, joint]:.4f} to "
-            f"{shown.positions[k + 1, joint]:.4f} rad in {passed[k, 0]:.3f} s, after "
-            f"{_time(shown, k):.2f} s: {speed:.1f} rad/s, where its limit is {limit[joint]:g}"
-            + _reason(shown, k, joint)
-        )
-        return
-    expected = 0.5 * (shown.velocities[1:] + shown.velocities[:-1]) * passed
-    allowed = np.where(_beside_zero(shown)[:, None], _JUMP, _UNTRUE * limit * passed + _NOISE)
-    untrue = np.abs(steps - expected) - allowed
-    if (untrue > 0.0).any():
-        k, joint = _worst(untrue / passed)
-        yield (
-            f"{robot.joints[joint]} moves by {steps[k, joint]:.4f} rad in {passed[k, 0]:.3f} s, "
-            f"after {_time(shown, k):.2f} s, where its recorded speeds make "
-            f"{expected[k, joint]:.4f} rad" + _reason(shown, k, joint)
-        )
+    return places[lag:] - places[:-lag], (shown.stamps[lag:] - shown.stamps[:-lag])[:, None]
 
 
-def _beside_zero(shown: Trajectory) -> Array:
-    """Return which steps lead to or from a sample where all joints read zero, shape (n - 1,)."""
+def _beside_zero(shown: Trajectory, lag: int) -> Array:
+    """Return which steps lead to or from a sample where all joints read zero, (n - lag,)."""
     zero = ~shown.positions.any(axis=1) & (shown.positions.shape[1] > 1)
-    beside: Array = zero[1:] | zero[:-1]
+    beside: Array = zero[lag:] | zero[:-lag]
     return beside
 
 
-def _reason(shown: Trajectory, sample: int, joint: int) -> str:
-    """Say what may be behind a jump from one sample to the next."""
-    before, after = shown.positions[sample], shown.positions[sample + 1]
-    if _beside_zero(shown)[sample]:
+def _reason(shown: Trajectory, sample: int, lag: int, joint: int) -> str:
+    """Say what may be behind a jump from one sample to a later one."""
+    before, after = shown.positions[sample], shown.positions[sample + lag]
+    if _beside_zero(shown, lag)[sample]:
         return "; all joints read zero there, as of a sensor that gives no reading"
     turns = abs(after[joint] - before[joint]) / (2.0 * np.pi)
     if 0.8 < turns < 1.2:
