@@ -16,6 +16,7 @@ from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, encode
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
 SETTINGS = LearningSettings(evaluations=3, options={"linear_phase.count": 3})
@@ -197,7 +198,8 @@ def test_a_turning_joint_is_learned_through_its_wrap(files, tmp_path, capsys):
     run = Apprenticeship.open(tmp_path / "run", bag, turning, settings)
     policy = run.prepare().iteration.policy
     states = run.task.reference_states()
-    turn = [turning.roles.act(policy, x, k)[0] for k, x in enumerate(states[:-1])]
+    acting = PolicyOf(turning.roles, policy)
+    turn = [acting.act(x, k)[0] for k, x in enumerate(states[:-1])]
     np.testing.assert_allclose(turn, np.diff(dense(2.0).positions[:, 0]) / 0.5, atol=0.05)
     run.close()
     commands = np.vstack([np.tile([0.2, 0.1], (toy_robot.HORIZON, 1)), np.zeros((1, 2))])
