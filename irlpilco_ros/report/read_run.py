@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.best_trial import best_command
+from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import MetricsRow
-from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
+from irlpilco_ros.experience.shown_motion import Wanted, shown_motions
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.settings import convert
 from irlpilco_ros.report.resimulation import can_resimulate
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -30,8 +32,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     configuration = run.configuration()
     try:
         joints = _joints(configuration)
-        horizon = int(configuration["horizon"])
-        period = float(configuration["control_period"])
+        wanted = _wanted(configuration, joints)
     except KeyError as error:
         raise RunDirectoryError(f"{run.path / 'config.yaml'} lacks the key {error}") from error
     rows = run.metrics()
@@ -41,15 +42,16 @@ def read_run(run: RunDirectory) -> RunSummary:
             "learning iteration is over"
         )
     bags = {row.trial: run.trials_directory / f"{row.trial:03d}" for row in rows}
-    trials = [read_bag(bags[row.trial]).rollout(joints, horizon) for row in rows]
+    shown = [each.rollout.states for each in shown_motions(run.demonstrations(), wanted)]
+    horizon = len(shown[0]) - 1
+    trials = [run.read_trial(bags[row.trial], joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations()}
     positions = slice(0, len(joints.names))
-    shown = [trajectory.rollout(joints, horizon).states for trajectory in run.demonstrations()]
     replay_row = run.replay_metrics()
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
-        times=np.asarray(period * np.arange(horizon + 1), dtype=np.float64),
+        times=np.asarray(wanted.period * np.arange(horizon + 1), dtype=np.float64),
         demonstration=np.mean(shown, axis=0)[:, positions],
         iterations=tuple(
             _iteration(row, trial.states[:, positions], found.get(row.iteration or 0))
@@ -70,6 +72,17 @@ def _joints(configuration: Mapping[str, Any]) -> Joints:
         tuple(configuration["joints"]),
         tuple(configuration.get("unactuated_joints", ())),
         tuple(configuration.get("continuous_joints", ())),
+    )
+
+
+def _wanted(configuration: Mapping[str, Any], joints: Joints) -> Wanted:
+    """Return what of the demonstrations the run imitates."""
+    return Wanted(
+        joints,
+        float(configuration["control_period"]),
+        int(configuration["horizon"]),
+        motion_settings(configuration),
+        convert(WINDOW, configuration.get(WINDOW, ()), tuple[float, ...]),
     )
 
 
@@ -117,7 +130,7 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
 
 
 def _replay(run: RunDirectory, row: MetricsRow, joints: Joints, horizon: int) -> np.ndarray:
-    rollout = read_bag(run.replay_directory / f"{row.trial:03d}").rollout(joints, horizon)
+    rollout = run.read_trial(run.replay_directory / f"{row.trial:03d}", joints, horizon)
     return rollout.states[:, : len(joints.names)]
 
 
