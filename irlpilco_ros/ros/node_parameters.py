@@ -2,7 +2,7 @@
 
 NODE_PARAMETERS = (
     "approach_acceleration",
-    "approach_gain",
+    "approach_delay",
     "approach_speed",
     "approach_timeout",
     "command_history",
