@@ -30,8 +30,10 @@ TRIAL_SECONDS = 8.0
 SEVENTH = 7
 """The iteration whose policy is put to the test: with eight trials, as many as the thesis had."""
 
+NEXT_NOISE = 2000
+"""Added to the seed where the simulation begins anew."""
+
 _DECIMALS = 6
-_NEXT_NOISE = 2000  # added to the seed where the simulation begins anew
 
 
 def learning_job(
@@ -136,7 +138,7 @@ def _try(simulation: BaxterSimulation, policy: Policy, task: Task) -> Rollout:
     try:
         return run_episode(simulation, policy, start, task.horizon, task.dt)
     except ApproachError:
-        simulation.reset(_NEXT_NOISE + simulation.settings.seed)
+        simulation.reset(NEXT_NOISE + simulation.settings.seed)
         return run_episode(simulation, policy, start, task.horizon, task.dt)
 
 

@@ -1,0 +1,134 @@
+"""The motion that the arm makes, not its ticks alone: learned, replayed, iteratively controlled."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship
+from irlpilco_ros.learning.joints import PolicyOf
+from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
+from irlpilco_ros.studies.baxter.iterative_control import iterative_job
+from irlpilco_ros.studies.baxter.learning_run import JOINTS
+from irlpilco_ros.studies.baxter.motion_bench import (
+    BAXTER_JOINTS,
+    EXPERIMENT,
+    ITERATIONS,
+    PERIOD,
+    MotionBench,
+)
+from irlpilco_ros.studies.baxter.robots import ROBOTS
+from irlpilco_ros.studies.job import Job, Result
+from sim_bridge.episode import Recording
+
+CONTROL_PERIOD = "control_period"
+"""Name of the experiment with several of them."""
+
+OTHER_PERIODS = (0.5, 0.1)  # [s]
+OTHER_SEEDS = 3
+"""Number of seeds at other control periods: the shortest takes minutes for each."""
+
+
+def motion_settings() -> LearningSettings:
+    """Return how the sweep is learned so that the arm moves smoothly, behind a delay, too."""
+    return LearningSettings(
+        policy="smooth_phase",
+        prior_mean="identified",
+        command_history=1,
+        options={
+            "feature_matching.variance_weight": 0.3,
+            "smooth_phase.count": 33,
+            "smooth_phase.blend": 0.5,
+        },
+    )
+
+
+def jobs(seeds: Sequence[int]) -> list[Job]:
+    """Return all jobs: of learning first, then of what stands beside it."""
+    learned = [motion_job(robot, seed) for seed in seeds for robot in ROBOTS]
+    iterative = [iterative_job(robot, seed) for seed in seeds for robot in ROBOTS]
+    return learned + iterative
+
+
+def motion_job(robot: str, seed: int, iterations: int = ITERATIONS) -> Job:
+    """Return the job of learning on a robot of `ROBOTS`."""
+    return _job(EXPERIMENT, robot, robot, seed, PERIOD, iterations)
+
+
+def control_period_jobs(seeds: Sequence[int]) -> list[Job]:
+    """Return the jobs on the default robot: the usual ones, and those at other periods."""
+    usual = [motion_job("default", seed) for seed in seeds]
+    others = [
+        _job(CONTROL_PERIOD, f"{period:g}", "default", seed, period, ITERATIONS)
+        for period in OTHER_PERIODS
+        for seed in seeds[:OTHER_SEEDS]
+    ]
+    return usual + others
+
+
+def _job(
+    experiment: str, condition: str, robot: str, seed: int, period: float, iterations: int
+) -> Job:
+    settings = dataclasses.replace(motion_settings(), seed=seed, threads=1)
+    arguments = {
+        "robot": robot,
+        "settings": settings,
+        "period": period,
+        "iterations": iterations,
+    }
+    return Job(experiment, condition, seed, motion_run, arguments)
+
+
+def motion_run(robot: str, settings: LearningSettings, period: float, iterations: int) -> Result:
+    """Show the sweep, replay it, and learn it; returns what every motion was like.
+
+    Args:
+        robot: A key of `ROBOTS`.
+        settings: How to learn; their seed is the robot's, too.
+        period: Control period [s].
+        iterations: Number of learned policies, each tried once.
+
+    Returns:
+        "demonstration" and "replay" as `MotionBench.measured`; "rows", the same of every trial,
+        with what was predicted of it ("coverage", "prediction") and what that took ("seconds").
+    """
+    bench = MotionBench(robot, settings.seed, period)
+    replay = bench.run(open_loop_policy(bench.task))
+    recordings: list[Recording] = []
+
+    def trial(policy: Policy) -> Rollout:
+        recordings.append(bench.run(PolicyOf(BAXTER_JOINTS, policy)))
+        return bench.rollout(recordings[-1], period)
+
+    rows = [
+        {**bench.measured(recordings[-1]), **_learned(bench.task, iteration, recordings[-1])}
+        for iteration in islice(apprenticeship(bench.task, settings, trial), iterations + 1)
+    ]
+    return {
+        "demonstration": bench.measured(bench.shown),
+        "replay": bench.measured(replay),
+        "rows": rows,
+    }
+
+
+def _learned(task: Task, iteration: Iteration, recording: Recording) -> dict[str, Any]:
+    """Return what the model said of a trial that came after it; nothing of the first one.
+
+    "coverage" is the part of all measured positions at t = 1..H within two standard deviations of
+    the prediction, those of the sensors included; "prediction" the prediction's RMS error [rad].
+    """
+    if iteration.index == 0:
+        return {}
+    variances = np.diagonal(iteration.predicted_covariances, axis1=1, axis2=2)[1:, :JOINTS]
+    off = recording.rollout.states[1:, :JOINTS] - iteration.predicted_means[1:, :JOINTS]
+    band = 2.0 * np.sqrt(variances + task.noise[:JOINTS] ** 2)
+    return {
+        "coverage": float(np.mean(np.abs(off) < band)),
+        "prediction": float(np.sqrt(np.mean(off**2))),
+        "seconds": iteration.model_seconds + iteration.policy_seconds,
+    }

@@ -1,0 +1,115 @@
+"""A robot on the bench: it is shown the sweep and tries it; all of each motion is measured."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from irlpilco_ros.control.motions import ActingPolicy
+from irlpilco_ros.experience.path_quality import MotionPath, path_quality
+from irlpilco_ros.experience.smoothing import smoothed_states
+from irlpilco_ros.learning import Rollout, Task
+from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.studies.baxter.learning_run import JOINTS, NEXT_NOISE, baxter, joint_rmse
+from irlpilco_ros.studies.baxter.robots import ROBOTS
+from sim_bridge.baxter_simulation import BaxterSimulation
+from sim_bridge.episode import Recording, move_to_start, record_demonstration, record_trial
+from sim_bridge.errors import ApproachError
+from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.tool_kinematics import TOOL_POINTS, ToolKinematics
+
+EXPERIMENT = "motion"
+ITERATIONS = 7
+PERIOD = 0.25
+"""Control period [s]."""
+
+BAXTER_JOINTS = Joints(ARM_JOINTS)
+
+
+class MotionBench:
+    """A robot of `ROBOTS` that has been shown the sweep.
+
+    Attributes:
+        task: To imitate positions and velocities at the ticks.
+        shown: The demonstration.
+    """
+
+    def __init__(self, robot: str, seed: int, period: float) -> None:
+        """Show the sweep to a robot.
+
+        Args:
+            robot: A key of `ROBOTS`.
+            seed: Of the robot and its noise.
+            period: Control period [s].
+        """
+        settings = ROBOTS[robot](seed)
+        self._simulation = BaxterSimulation(settings)
+        self._kinematics = ToolKinematics()
+        self.shown = record_demonstration(self._simulation, dt=period)
+        limits = dataclasses.replace(baxter(), features="motion", control_period=period)
+        self.task = Task(
+            (self.rollout(self.shown, period),),
+            period,
+            limits.control_limit,
+            limits.feature_map,
+            position_noise=settings.position_noise,
+            velocity_noise=settings.velocity_noise,
+        )
+
+    @staticmethod
+    def rollout(recording: Recording, period: float) -> Rollout:
+        """Return what is learned from a motion: its ticks, by all that was told around them."""
+        path = recording.path
+        ticks = period * np.arange(len(recording.rollout.states), dtype=np.float64)
+        states = smoothed_states(path.times, path.positions, path.velocities, ticks)
+        return Rollout(states, recording.rollout.controls)
+
+    def run(self, policy: ActingPolicy) -> Recording:
+        """Move to the start and run one trial.
+
+        Arms that a wild trial before left knotted are freed, as a person would.
+
+        Raises:
+            ApproachError: the arms did not reach the start.
+            MotionStoppedError: a check stopped the robot.
+        """
+        start = self.shown.rollout.states[0, :JOINTS]
+        try:
+            move_to_start(self._simulation, start)
+        except ApproachError:
+            self._simulation.reset(NEXT_NOISE + self._simulation.settings.seed)
+            move_to_start(self._simulation, start)
+        return record_trial(self._simulation, policy, self.task.horizon, self.task.dt)
+
+    def measured(self, recording: Recording) -> dict[str, Any]:
+        """Return how a motion went: at the ticks, over the whole path, how hard, and the tools.
+
+        Returns:
+            "ticks", "path" and "largest" errors of the joints [rad]; "acceleration_p99" and
+            "acceleration_max" [rad/s^2]; "tools", the RMS distance of `TOOL_POINTS` over the path
+            from where they were shown [m].
+        """
+        quality = path_quality(recording.path, [self.shown.path], BAXTER_JOINTS)
+        return {
+            "ticks": joint_rmse(self.shown.rollout, recording.rollout),
+            "path": quality.rmse,
+            "largest": quality.largest,
+            "acceleration_p99": quality.acceleration_p99,
+            "acceleration_max": quality.acceleration_max,
+            "tools": self._tool_errors(recording.path),
+        }
+
+    def _tool_errors(self, path: MotionPath) -> list[float]:
+        reached, _ = self._kinematics(path.positions)
+        distances = (reached - self._wanted_tools).reshape(len(reached), len(TOOL_POINTS), 3)
+        means: Array = np.sqrt((distances**2).sum(axis=2).mean(axis=0))
+        return [float(mean) for mean in means]
+
+    @cached_property
+    def _wanted_tools(self) -> Array:
+        wanted, _ = self._kinematics(self.shown.path.positions)
+        return wanted
