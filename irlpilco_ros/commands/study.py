@@ -9,6 +9,8 @@ from typing import Any
 from irlpilco_ros.commands.counts import at_least
 
 EXPERIMENTS = (
+    "motion",
+    "control_period",
     "headline",
     "perturbations",
     "debris",
@@ -20,7 +22,8 @@ EXPERIMENTS = (
 )
 
 EPILOG = """\
-baxter     the sweep on a simulated Baxter: robot time, miscalibrated joints, perturbations against
+baxter     the sweep on a simulated Baxter: the whole path of the arm on robots as they come, late and
+           miscalibrated, beside iterative learning control; control periods; robot time, miscalibrated joints, perturbations against
            replay, tracking and cloning, debris in the pan, hand features, ablation, and the
            thesis's own settings and methods over 15 iterations
 

@@ -60,7 +60,12 @@ class Bar:
     measure: Measure
 
 
+def _largest_acceleration(_run: Result, row: dict[str, Any]) -> float:
+    return float(row["acceleration_max"])
+
+
 _PATH, _TICKS = ("path [mrad]", _thousandths("path")), ("ticks [mrad]", _thousandths("ticks"))
+_HARDEST = ("largest acceleration [rad/s²]", _largest_acceleration)
 
 
 def _bar(robot: str, iteration: int, limit: float, what: tuple[str, Measure] = _PATH) -> Bar:
@@ -71,7 +76,7 @@ BARS = (
     _bar("default", 3, 1.6),
     _bar("default", 7, 1.2),
     _bar("default", 3, 1.5, ("acceleration p99, times the demonstration's", _hardness)),
-    _bar("default", 3, 5.0, ("largest acceleration [rad/s²]", lambda _, r: r["acceleration_max"])),
+    _bar("default", 3, 5.0, _HARDEST),
     _bar("default", 5, 2.5, ("brush tip, path [mm]", _tool(_BRUSH_TIP))),
     _bar("default", 5, 2.5, ("pan lip, path [mm]", _tool(_PAN_LIP))),
     _bar("miscalibrated", 3, 3.0),
@@ -101,7 +106,7 @@ def control_period_table(store: ResultStore, seeds: Sequence[int]) -> str:
         cells = [_spread(runs, k, _PATH[1]) for k in iterations]
         cells += [
             _spread(runs, ITERATIONS, measure)
-            for measure in (_TICKS[1], _hardness, BARS[3].measure, _tool(_BRUSH_TIP))
+            for measure in (_TICKS[1], _hardness, _HARDEST[1], _tool(_BRUSH_TIP))
         ]
         seconds = [row["seconds"] for run in runs for row in run["rows"][1:]]
         rows.append([condition, *cells, spread(seconds, 1.0, ".0f"), str(len(runs))])
@@ -111,7 +116,7 @@ def control_period_table(store: ResultStore, seeds: Sequence[int]) -> str:
 
 def _slowest_first(found: dict[str, list[Result]]) -> dict[str, list[Result]]:
     """Return the runs by their rate of control."""
-    usual = {"default": motion.PERIOD}
+    usual = {"default": PERIOD}
     periods = {name: usual.get(name) or float(name) for name in found}
     order = sorted(found, key=lambda name: -periods[name])
     return {f"{1.0 / periods[name]:g} Hz": found[name] for name in order}
@@ -121,7 +126,7 @@ def _path_table(found: dict[str, list[Result]]) -> str:
     """Return errors of the path [mrad] over the trials, by every way to make it."""
     rows = []
     for robot in ROBOTS:
-        name, runs = robot.replace("_", " and "), found.get(robot, [])
+        name, runs = _spoken(robot), found.get(robot, [])
         if runs:
             replay = spread([run["replay"]["path"] for run in runs])
             blank = [""] * (len(_COLUMNS) - 1)
@@ -147,7 +152,7 @@ def _bar_table(found: dict[str, list[Result]]) -> str:
         held = bool(runs) and np.median(values) <= bar.limit and within >= _SHARE * len(runs)
         rows.append(
             [
-                f"{bar.robot.replace('_', ' and ')}: {bar.what} at k = {bar.iteration}",
+                f"{_spoken(bar.robot)}: {bar.what} at k = {bar.iteration}",
                 f"≤ {bar.limit:g}",
                 spread(values, 1.0),
                 f"{within} of {len(runs)}",
@@ -160,7 +165,7 @@ def _bar_table(found: dict[str, list[Result]]) -> str:
 def _manner_table(found: dict[str, list[Result]]) -> str:
     """Return how the learned motion went beside its errors, and what was predicted of it."""
     measures = (
-        BARS[3].measure,
+        _HARDEST[1],
         _thousandths("largest"),
         _tool(_BRUSH_TIP),
         _tool(_PAN_LIP),
@@ -178,10 +183,10 @@ def _manner_table(found: dict[str, list[Result]]) -> str:
         cells.append(spread([row["coverage"] for row in later], 100.0, ".0f"))
         cells.append(spread([row["prediction"] for row in later]))
         cells.append(spread([row["seconds"] for row in later], 1.0, ".0f"))
-        rows.append([robot.replace("_", " and "), *cells])
+        rows.append([_spoken(robot), *cells])
     header = ["learned, k = 7", "p99 shown", "p99", "largest acceleration", "largest error [mrad]"]
     tools = ["brush tip [mm]", "pan lip [mm]"]
-    predicted = ["in the 2σ band [%], k = 2 to 7", "prediction off by [mrad]", "s/iteration"]
+    predicted = ["in the predicted band [%]", "prediction off by [mrad]", "s/iteration"]
     return markdown([*header, *tools, *predicted], rows)
 
 
@@ -199,7 +204,7 @@ def _where_it_wins(found: dict[str, list[Result]]) -> str:
             for k in range(1, min(ITERATIONS + 1, len(errors))):
                 ours = float(np.median([run["rows"][k]["path"] for run in runs]))
                 if errors[k] < ours:
-                    name = f"{robot.replace('_', ' and ')} at k = {k} ({_WAY_NAMES[way]}: "
+                    name = f"{_spoken(robot)} at k = {k} ({_WAY_NAMES[way]}: "
                     wins.append(f"{name}{1e3 * errors[k]:.1f} against {1e3 * ours:.1f} mrad)")
     if not compared:
         return "Iterative learning control was not measured."
@@ -212,3 +217,7 @@ def _where_it_wins(found: dict[str, list[Result]]) -> str:
 
 def _spread(runs: Sequence[Result], iteration: int, measure: Measure) -> str:
     return spread([measure(run, run["rows"][iteration]) for run in runs], 1.0)
+
+
+def _spoken(robot: str) -> str:
+    return robot.replace("_", " and ")
