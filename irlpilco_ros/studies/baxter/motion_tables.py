@@ -10,7 +10,7 @@ import numpy as np
 
 from irlpilco_ros.studies.baxter import motion
 from irlpilco_ros.studies.baxter.iterative_control import WAYS, best_iterative
-from irlpilco_ros.studies.baxter.motion_bench import ITERATIONS
+from irlpilco_ros.studies.baxter.motion_bench import ITERATIONS, PERIOD
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Result
 from irlpilco_ros.studies.result_store import ResultStore

@@ -196,4 +196,4 @@ EXPERIMENTS = {
     reproduce.EXPERIMENT: Experiment(reproduce.jobs, reproduce_table),
     "thesis_perturbations": Experiment(perturbations.thesis_jobs, thesis_perturbations_table),
 }
-"""The parts of the chapter by name, in the order of what they cost."""
+"""The parts of the chapter by name: the motion first, then in the order of what they cost."""
