@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Sequence
 from itertools import islice
 from typing import Any
@@ -95,28 +96,49 @@ def motion_run(robot: str, settings: LearningSettings, period: float, iterations
 
     Returns:
         "demonstration" and "replay" as `MotionBench.measured`; "rows", the same of every trial,
-        with what was predicted of it ("coverage", "prediction") and what that took ("seconds").
+        with what was predicted of it ("coverage", "prediction") and the computing before it, of
+        one core ("seconds").
     """
     bench = MotionBench(robot, settings.seed, period)
-    replay = bench.run(open_loop_policy(bench.task))
-    recordings: list[Recording] = []
-
-    def trial(policy: Policy) -> Rollout:
-        recordings.append(bench.run(PolicyOf(BAXTER_JOINTS, policy)))
-        return bench.rollout(recordings[-1], period)
-
-    rows = [
-        {**bench.measured(recordings[-1]), **_learned(bench.task, iteration, recordings[-1])}
-        for iteration in islice(apprenticeship(bench.task, settings, trial), iterations + 1)
-    ]
+    replay = bench.measured(bench.run(open_loop_policy(bench.task)))
+    trials = _Trials(bench)
+    loop = apprenticeship(bench.task, settings, trials.run)
+    for iteration in islice(loop, iterations + 1):
+        trials.rows[-1] |= _foretold(bench.task, iteration, trials.last)
     return {
         "demonstration": bench.measured(bench.shown),
-        "replay": bench.measured(replay),
-        "rows": rows,
+        "replay": replay,
+        "rows": trials.rows,
     }
 
 
-def _learned(task: Task, iteration: Iteration, recording: Recording) -> dict[str, Any]:
+class _Trials:
+    """Makes trials and measures them, and the computing between one and the next.
+
+    Attributes:
+        rows: What is known of each.
+        last: The last one; that of the demonstration before there is one.
+    """
+
+    def __init__(self, bench: MotionBench) -> None:
+        """Begin to measure."""
+        self._bench = bench
+        self._began = time.process_time()
+        self.rows: list[dict[str, Any]] = []
+        self.last = bench.shown
+
+    def run(self, policy: Policy) -> Rollout:
+        """Try a policy, and return what is learned from that."""
+        seconds = time.process_time() - self._began
+        bench = self._bench
+        self.last = bench.run(PolicyOf(BAXTER_JOINTS, policy))
+        self.rows.append({**bench.measured(self.last), "seconds": seconds})
+        trial = bench.rollout(self.last, bench.task.dt)
+        self._began = time.process_time()
+        return trial
+
+
+def _foretold(task: Task, iteration: Iteration, recording: Recording) -> dict[str, Any]:
     """Return what the model said of a trial that came after it; nothing of the first one.
 
     "coverage" is the part of all measured positions at t = 1..H within two standard deviations of
@@ -130,5 +152,4 @@ def _learned(task: Task, iteration: Iteration, recording: Recording) -> dict[str
     return {
         "coverage": float(np.mean(np.abs(off) < band)),
         "prediction": float(np.sqrt(np.mean(off**2))),
-        "seconds": iteration.model_seconds + iteration.policy_seconds,
     }
