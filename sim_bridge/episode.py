@@ -7,8 +7,6 @@ same checks; only the wire between them is left out.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -26,7 +24,6 @@ from irlpilco_ros.control.motions import (
     Trial,
 )
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
-from irlpilco_ros.experience.path_quality import MotionPath
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.rollout import Rollout
 from sim_bridge.baxter_simulation import BaxterSimulation
@@ -64,21 +61,6 @@ class Robot(Protocol):
         """Advance by the period of the joint states."""
 
 
-@dataclass(frozen=True)
-class Recording:
-    """A trial or a demonstration with all that the robot told of itself.
-
-    Attributes:
-        rollout: States (H + 1, 2J) as measured at the ticks, and the mean control of each period.
-        path: Every state from the first tick on; its times are since then [s].
-        commands: The answer to each of these states, shape (n, F) [rad/s]; NaN if nobody commanded.
-    """
-
-    rollout: Rollout
-    path: MotionPath
-    commands: Vector
-
-
 def run_episode(
     simulation: BaxterSimulation,
     policy: ActingPolicy,
@@ -100,53 +82,31 @@ def run_episode(
 
     Raises:
         ApproachError: the arms did not reach the start.
-        MotionStoppedError: as `record_trial`.
+        MotionStoppedError: as `run_trial`.
     """
     move_to_start(simulation, start)
     return run_trial(simulation, policy, horizon, dt)
 
 
 def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5) -> Rollout:
-    """Run one trial as `record_trial`, and return the ticks alone."""
-    return record_trial(robot, policy, horizon, dt).rollout
-
-
-def record_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5) -> Recording:
-    """Run one trial from where the robot is; arguments as `run_episode`.
+    """Run one trial from where the robot is; arguments and result as `run_episode`.
 
     Raises:
         MotionStoppedError: a check stopped the robot, as it would on the real one.
     """
-    seen: list[SensorReading] = []
-    answers: list[Command] = []
+    states: list[Vector] = []
+    sent: dict[int, list[Vector]] = {}
 
     def note(reading: SensorReading, command: Command) -> None:
-        seen.append(reading)
-        answers.append(command)
+        if command.stamp not in sent:
+            states.append(reading.state(robot.robot_settings.joints))
+        sent.setdefault(command.stamp, []).append(command.values)
 
     outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
     if not outcome.succeeded:
         raise MotionStoppedError(outcome.message)
-    stamps = [command.stamp for command in answers]
-    ticks = [i for i, stamp in enumerate(stamps) if i == 0 or stamp != stamps[i - 1]]
-    end = ticks[-1] + 1  # it may have braked after that
-    commands = np.array([command.values for command in answers[:end]])
-    controls = [mean_command(commands[a:b]) for a, b in pairwise(ticks)]
-    return _recording(seen[:end], robot.robot_settings.joints, ticks, controls, commands)
-
-
-def _recording(
-    seen: Sequence[SensorReading],
-    joints: Sequence[str],
-    ticks: Sequence[int],
-    controls: ArrayLike,
-    commands: Vector,
-) -> Recording:
-    states = np.array([reading.state(joints) for reading in seen])
-    times = np.array([(reading.stamp - seen[0].stamp) * 1e-9 for reading in seen])
-    positions, velocities = np.split(states, 2, axis=1)
-    rollout = Rollout(states[ticks], np.asarray(controls))
-    return Recording(rollout, MotionPath(times, positions, velocities), commands)
+    controls = [mean_command(np.array(each)) for each in sent.values()]
+    return Rollout(states=np.array(states)[: horizon + 1], controls=np.array(controls)[:horizon])
 
 
 def _carry_out(
@@ -218,13 +178,6 @@ def _with_shoulders(positions: Vector, s0: ArrayLike, s1: ArrayLike) -> Vector:
 def play_demonstration(
     simulation: BaxterSimulation, motion: GuidedMotion | None = None, dt: float = 0.5
 ) -> Rollout:
-    """Guide the arms as `record_demonstration`, and return the ticks alone."""
-    return record_demonstration(simulation, motion, dt).rollout
-
-
-def record_demonstration(
-    simulation: BaxterSimulation, motion: GuidedMotion | None = None, dt: float = 0.5
-) -> Recording:
     """Guide the arms to the start of a motion and through it, as a person who teaches does.
 
     Args:
@@ -233,8 +186,7 @@ def record_demonstration(
         dt: Sampling period [s].
 
     Returns:
-        States (T + 1, 28) as measured every dt, and all between them; the controls (T, 14) are
-        NaN: nobody commanded.
+        States (T + 1, 28) as measured every dt; the controls (T, 14) are NaN: nobody commanded.
     """
     shown = motion or load_motion()
     guide_to_start(simulation, shown)
@@ -259,7 +211,7 @@ def guide_through(
     motion: GuidedMotion,
     dt: float = 0.5,
     each_state: Callable[[], None] | None = None,
-) -> Recording:
+) -> Rollout:
     """Guide the arms through a motion from its start; arguments and result as above.
 
     Args:
@@ -270,14 +222,12 @@ def guide_through(
     """
     names = simulation.joint_names
     begin = simulation.nanoseconds
-    seen, ticks = [simulation.read()], [0]
+    states = [simulation.read().state(names)]
     while (elapsed := simulation.nanoseconds - begin) < round(motion.duration * 1e9):
         simulation.guide(motion.joints, *motion.at(elapsed * 1e-9))
         simulation.step()
         if each_state is not None:
             each_state()
-        seen.append(simulation.read())
-        if simulation.nanoseconds - begin >= round(len(ticks) * dt * 1e9):
-            ticks.append(len(seen) - 1)
-    nobody = np.full((len(seen), len(names)), np.nan)
-    return _recording(seen, names, ticks, nobody[1 : len(ticks)], nobody)
+        if simulation.nanoseconds - begin >= round(len(states) * dt * 1e9):
+            states.append(simulation.read().state(names))
+    return Rollout(states=np.array(states), controls=np.full((len(states) - 1, len(names)), np.nan))

@@ -11,8 +11,6 @@ from sim_bridge.episode import (
     SETTINGS,
     move_to_start,
     play_demonstration,
-    record_demonstration,
-    record_trial,
     run_episode,
     run_trial,
 )
@@ -56,30 +54,6 @@ def test_policy_decides_once_per_tick_on_what_is_measured() -> None:
     np.testing.assert_array_equal(trial.states[4], robot.read().state(ARM_JOINTS))
     controls = [0.2 * np.sin(30.0 * state[:14] + step) for step, _, state in policy.calls]
     np.testing.assert_array_equal(trial.controls, controls)
-
-
-def test_a_recorded_trial_has_every_state_and_what_answered_it() -> None:
-    robot = BaxterSimulation()
-    controls = np.array([np.full(14, 0.1), np.full(14, -0.2)])
-    trial = record_trial(robot, Replay(controls), horizon=2, dt=0.25)
-    np.testing.assert_allclose(trial.path.times, 0.01 * np.arange(51), atol=1e-12)
-    states = np.hstack([trial.path.positions, trial.path.velocities])
-    np.testing.assert_array_equal(trial.rollout.states, states[::25])
-    np.testing.assert_array_equal(states[-1], robot.read().state(ARM_JOINTS))
-    np.testing.assert_array_equal(trial.commands[:25], np.repeat(controls[:1], 25, axis=0))
-    np.testing.assert_array_equal(trial.commands[50], np.zeros(14))
-    np.testing.assert_array_equal(trial.rollout.controls, controls)
-
-
-def test_a_recorded_demonstration_has_every_state_and_no_command() -> None:
-    shown = record_demonstration(BaxterSimulation(), dt=0.25)
-    assert shown.rollout.states.shape == (33, 28)
-    assert shown.path.positions.shape == shown.path.velocities.shape == (801, 14)
-    np.testing.assert_array_equal(shown.rollout.states[:, :14], shown.path.positions[::25])
-    motion = load_motion()
-    way = np.array([motion.at(time)[0] for time in shown.path.times])
-    assert np.abs(shown.path.positions - way).max() < 8e-3
-    assert np.isnan(shown.commands).all()
 
 
 def test_a_period_that_is_no_multiple_of_10_ms_ends_at_the_next_state() -> None:
