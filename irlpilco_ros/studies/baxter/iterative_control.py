@@ -16,9 +16,14 @@ from irlpilco_ros.control.motions import MotionStoppedError
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.studies.baxter.baselines import PdTracking
 from irlpilco_ros.studies.baxter.learning_run import JOINTS
-from irlpilco_ros.studies.baxter.motion_bench import EXPERIMENT, ITERATIONS, PERIOD, MotionBench
+from irlpilco_ros.studies.baxter.motion_bench import (
+    EXPERIMENT,
+    ITERATIONS,
+    PERIOD,
+    MotionBench,
+    Recording,
+)
 from irlpilco_ros.studies.job import Job, Result
-from sim_bridge.episode import Recording
 from sim_bridge.errors import ApproachError
 
 GAINS = (0.3, 0.5, 0.7, 1.0, 1.3)

@@ -25,7 +25,6 @@ from irlpilco_ros.studies.baxter.motion_bench import (
 )
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
-from sim_bridge.episode import Recording
 
 CONTROL_PERIOD = "control_period"
 """Name of the experiment with several of them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,12 +15,12 @@ from irlpilco_ros.experience.smoothing import smoothed_states
 from irlpilco_ros.learning import Rollout, Task
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.studies.baxter.learning_run import JOINTS, NEXT_NOISE, baxter, joint_rmse
+from irlpilco_ros.studies.baxter.learning_run import baxter, joint_rmse, try_policy
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from sim_bridge.baxter_simulation import BaxterSimulation
-from sim_bridge.episode import Recording, move_to_start, record_demonstration, record_trial
-from sim_bridge.errors import ApproachError
+from sim_bridge.episode import play_demonstration
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.path_recorder import PathRecorder
 from sim_bridge.tool_kinematics import TOOL_POINTS, ToolKinematics
 
 EXPERIMENT = "motion"
@@ -28,6 +29,19 @@ PERIOD = 0.25
 """Control period [s]."""
 
 BAXTER_JOINTS = Joints(ARM_JOINTS)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A motion: its ticks as they were measured, and every joint state from the first of them on.
+
+    Attributes:
+        rollout: States (H + 1, 2J) and the mean control of each period; NaN if nobody commanded.
+        path: All states.
+    """
+
+    rollout: Rollout
+    path: MotionPath
 
 
 class MotionBench:
@@ -49,7 +63,9 @@ class MotionBench:
         settings = ROBOTS[robot](seed)
         self._simulation = BaxterSimulation(settings)
         self._kinematics = ToolKinematics()
-        self.shown = record_demonstration(self._simulation, dt=period)
+        teacher = PathRecorder(self._simulation)
+        shown = play_demonstration(self._simulation, dt=period, each_state=teacher.take)
+        self.shown = Recording(shown, teacher.path())
         limits = dataclasses.replace(baxter(), features="motion", control_period=period)
         self.task = Task(
             (self.rollout(self.shown, period),),
@@ -69,21 +85,8 @@ class MotionBench:
         return Rollout(states, recording.rollout.controls)
 
     def run(self, policy: ActingPolicy) -> Recording:
-        """Move to the start and run one trial.
-
-        Arms that a wild trial before left knotted are freed, as a person would.
-
-        Raises:
-            ApproachError: the arms did not reach the start.
-            MotionStoppedError: a check stopped the robot.
-        """
-        start = self.shown.rollout.states[0, :JOINTS]
-        try:
-            move_to_start(self._simulation, start)
-        except ApproachError:
-            self._simulation.reset(NEXT_NOISE + self._simulation.settings.seed)
-            move_to_start(self._simulation, start)
-        return record_trial(self._simulation, policy, self.task.horizon, self.task.dt)
+        """Move to the start and run one trial; errors as `try_policy`."""
+        return Recording(*try_policy(self._simulation, policy, self.task))
 
     def measured(self, recording: Recording) -> dict[str, Any]:
         """Return how a motion went: at the ticks, over the whole path, how hard, and the tools.
