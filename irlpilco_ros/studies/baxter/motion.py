@@ -22,6 +22,7 @@ from irlpilco_ros.studies.baxter.motion_bench import (
     ITERATIONS,
     PERIOD,
     MotionBench,
+    Recording,
 )
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
