@@ -64,6 +64,7 @@ NODE_PARAMETERS = (
     "starts",
     "state_timeout",
     "threads",
+    "trial_control_period",
     "trial_horizon",
     "trial_start_tolerance",
     "unactuated_joints",
