@@ -192,6 +192,7 @@ def _train_model(
         report.model,
         cast(HyperpriorName, settings.hyperprior),
         linear,
+        settings.model_points,
     )
 
 

@@ -35,6 +35,7 @@ NODE_PARAMETERS = (
     "joints",
     "lockstep",
     "margin_tolerance",
+    "model_points",
     "motion_distance",
     "motion_file",
     "motion_speed",
