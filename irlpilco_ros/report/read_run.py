@@ -11,7 +11,7 @@ import numpy as np
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.errors import RunDirectoryError
-from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
@@ -45,7 +45,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     found = {k: run.read_iteration(k) for k in run.iterations()}
     positions = slice(0, len(joints.names))
     shown = [trajectory.rollout(joints, horizon).states for trajectory in run.demonstrations()]
-    replay_row = run.replay_metrics()
+    replay_row = run.baseline_metrics(REPLAY)
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
