@@ -55,6 +55,10 @@ class PathQuality:
     acceleration_max: float = math.nan
 
 
+UNKNOWN = PathQuality()
+"""Of a motion whose path was not recorded."""
+
+
 def path_of(
     recorded: Trajectory, joints: Joints, begin: float, seconds: float
 ) -> MotionPath | None:
@@ -92,7 +96,7 @@ def path_quality(
         joints: Joints of the learning problem.
     """
     if path is None:
-        return PathQuality()
+        return UNKNOWN
     hardness = np.abs(accelerations(path))
     known = [each for each in shown if each is not None]
     off = np.full(1, np.nan)
