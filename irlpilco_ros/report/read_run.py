@@ -11,7 +11,8 @@ import numpy as np
 from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
-from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
+from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import Wanted, shown_motions
 from irlpilco_ros.learning.iteration import Iteration
@@ -47,7 +48,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     trials = [run.read_trial(bags[row.trial], joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations()}
     positions = slice(0, len(joints.names))
-    replay_row = run.replay_metrics()
+    replay_row = run.baseline_metrics(REPLAY)
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
@@ -63,6 +64,8 @@ def read_run(run: RunDirectory) -> RunSummary:
         settings={key: _text(value) for key, value in configuration.items()},
         demonstrations=len(shown),
         best_command=best_command(run),
+        replay_path=_path(replay_row),
+        demonstration_path=_path(run.baseline_metrics(DEMONSTRATION)),
         **_words(configuration, joints),
     )
 
@@ -125,7 +128,16 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
         robot_time=row.robot_time_s,
         model_time=row.model_s,
         policy_time=row.policy_s,
+        path=_path(row),
         notes=() if found is None else found.notes,
+    )
+
+
+def _path(row: MetricsRow | None) -> PathQuality:
+    if row is None:
+        return UNKNOWN
+    return PathQuality(
+        row.path_rmse_rad, row.path_max_rad, row.acceleration_p99, row.acceleration_max
     )
 
 
