@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,10 @@ from irlpilco_ros.learning.rollout import Rollout
 # Commands travel as float64 and policies are written with all their digits; what remains is the
 # rounding of another BLAS.
 SAME_COMMAND = 1e-9  # [rad/s]
+
+# Of a decision that is blended in, the mean of what was sent is known, at the robot's own rate and
+# within its acceleration limit.
+NEARLY_SAME_COMMAND = 0.05  # [rad/s]
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ def find_trials(
 
     Args:
         bags: Number and path of each bag, in order.
-        policies: Policy of each iteration; the first one that fits a trial and has none gets it.
+        policies: Policy of each iteration; the one that fits a trial best and has none gets it.
         joints: Joints of the run, in order.
         read: Returns the trial in a bag, or raises BagError.
     """
@@ -69,24 +74,35 @@ def find_trials(
         except BagError as error:
             wrong[path] = error
             continue
-        for iteration, policy in sorted(policies.items()):
-            if iteration not in found and ran(policy, rollout, joints):
-                found[iteration] = RecordedTrial(number, path, rollout)
-                break
+        free = {k: policy for k, policy in sorted(policies.items()) if k not in found}
+        off = {k: departure(policy, rollout, joints) for k, policy in free.items()}
+        fitting = [k for k in free if off[k] <= _tolerance(free[k])]
+        if fitting:
+            found[min(fitting, key=off.__getitem__)] = RecordedTrial(number, path, rollout)
     return TrialSearch(found, wrong)
 
 
-def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
-    """Whether a rollout's controls are those of the policy on the rollout's states."""
+def departure(policy: Policy, rollout: Rollout, joints: Joints) -> float:
+    """Return by how much a rollout's controls differ from the policy's at most [rad/s].
+
+    Infinite if it is no policy for these joints, or nobody commanded them.
+    """
     if not rollout.commanded or len(policy.control_limit) != rollout.controls.shape[1]:
-        return False
+        return math.inf
     try:
         acting = PolicyOf(joints, policy)
     except InvalidSettingError:  # a policy for other joints
-        return False
-    return all(
-        np.abs(acting.act(state, step) - control).max() <= SAME_COMMAND
-        for step, (state, control) in enumerate(
-            zip(rollout.states[:-1], rollout.controls, strict=True)
-        )
-    )
+        return math.inf
+    largest = 0.0
+    tolerance = _tolerance(policy)
+    for step, (state, control) in enumerate(
+        zip(rollout.states[:-1], rollout.controls, strict=True)
+    ):
+        largest = max(largest, float(np.abs(acting.act(state, step) - control).max()))
+        if largest > tolerance:
+            return math.inf
+    return largest
+
+
+def _tolerance(policy: Policy) -> float:
+    return NEARLY_SAME_COMMAND if policy.blend else SAME_COMMAND
