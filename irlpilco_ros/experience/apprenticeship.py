@@ -232,8 +232,11 @@ class Apprenticeship:
                 "to the bag of a recorded demonstration"
             )
         asked = configuration(robot, settings, topic, window)
-        directory.check_configuration(asked, replace)
-        shown = checked_demonstrations(source, robot, topic, window)
+        try:
+            shown = checked_demonstrations(source, robot, topic, window)
+        except BagError:
+            directory.check_configuration(asked, replace)  # which may be why
+            raise
         directory.claim(asked, source, replace)
         try:
             run = cls(directory, robot, settings, shown)
