@@ -10,10 +10,20 @@ from collections.abc import Sequence
 from types import FrameType
 
 from irlpilco_ros import __version__
-from irlpilco_ros.commands import cart_pole, demo, inspect, learn, recover, report, study, train
+from irlpilco_ros.commands import (
+    cart_pole,
+    demo,
+    inspect,
+    learn,
+    recover,
+    report,
+    study,
+    sweep,
+    train,
+)
 from irlpilco_ros.learning.errors import IrlPilcoError
 
-COMMANDS = (demo, learn, train, report, inspect, recover, cart_pole, study)
+COMMANDS = (demo, sweep, learn, train, report, inspect, recover, cart_pole, study)
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""

@@ -2,14 +2,18 @@
 
 ros2 launch irlpilco_ros sweep.launch.py
 ros2 launch irlpilco_ros sweep.launch.py iterations:=0      # the nodes alone
-ros2 launch irlpilco_ros sweep.launch.py simulated:=false demonstration:=bags/sweep/000
+ros2 launch irlpilco_ros sweep.launch.py simulated:=false demonstration:=recordings/000
 
-The last line is for a real robot, to which the task was shown by hand before.
+The last line is for a real robot, to which the task was shown by hand before. The exit code is 0
+when everything was done, else 1, after one sentence that says what was not. Called again it goes on
+with the run: so many more iterations; run_directory:=runs/another begins another one. Only this
+computer finds the nodes (docs/security.md).
 """
 
+import os
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
@@ -19,9 +23,12 @@ from launch.actions import (
     Shutdown,
 )
 from launch.event_handlers import OnProcessExit
+from launch.events.process import ProcessExited
 from launch.launch_description_entity import LaunchDescriptionEntity
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from irlpilco_ros.ros.discovery import keep_to_this_host
 
 PACKAGE = "irlpilco_ros"
 CONFIG = Path(get_package_share_directory(PACKAGE)) / "config"
@@ -48,13 +55,14 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the nodes and, after them, the steps of the sweep."""
+    """Return the nodes and what has them do the sweep."""
+    keep_to_this_host(os.environ)
     values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    run = Path(values["run_directory"]).resolve()
-    started: list[LaunchDescriptionEntity] = list(nodes(values, run))
-    if int(values["iterations"]) > 0:
-        started += in_turn([*teach(values, run), *learn(values, run)])
-    return started
+    started = nodes(values, Path(values["run_directory"]).resolve())
+    if int(values["iterations"]) == 0:
+        return list(started)
+    steps = sweep(values)
+    return [*started, steps, *(ended(action, steps) for action in (*started, steps))]
 
 
 def nodes(values: dict[str, str], run: Path) -> list[Node]:
@@ -81,53 +89,31 @@ def nodes(values: dict[str, str], run: Path) -> list[Node]:
     ]
 
 
-def teach(values: dict[str, str], run: Path) -> list[ExecuteProcess]:
-    """Return the steps by which the demonstrator shows the sweep, unless there is a recording."""
-    is_shown = values["demonstration"] or (run / "demonstration").is_dir()
-    if is_shown or values["simulated"] != "true":
-        return []
-    namespace = values["namespace"]
-    recordings = run / "recordings"
-    bag = recordings / f"{len(list(recordings.glob('*'))):03d}"
-    services = (
-        "demonstrator/move_to_start",
-        "demonstration_recorder/start",
-        "demonstrator/play",
-        "demonstration_recorder/stop",
-    )
-    calls = [
-        step("ros2", "service", "call", f"{namespace}/{service}", "std_srvs/srv/Trigger")
-        for service in services
-    ]
-    return [
-        *calls,
-        step("ros2", "param", "set", f"{namespace}/learner", "demonstration", str(bag)),
-    ]
-
-
-def learn(values: dict[str, str], run: Path) -> list[ExecuteProcess]:
-    """Return the steps that learn from the demonstration and make the report."""
-    irlpilco = ("ros2", "run", PACKAGE, "irlpilco")
+def sweep(values: dict[str, str]) -> ExecuteProcess:
+    """Return the process that waits for the nodes and has them do one step after the other."""
+    program = Path(get_package_prefix(PACKAGE)) / "lib" / PACKAGE / "irlpilco"
     options = ["--iterations", values["iterations"]]
     if values["namespace"]:
         options += ["--namespace", values["namespace"]]
-    return [step(*irlpilco, "learn", *options), step(*irlpilco, "report", str(run))]
+    return ExecuteProcess(cmd=[str(program), "sweep", *options], output="screen")
 
 
-def step(*command: str) -> ExecuteProcess:
-    """Return a command whose output is shown."""
-    return ExecuteProcess(cmd=list(command), output="screen")
+def ended(action: ExecuteProcess, steps: ExecuteProcess) -> RegisterEventHandler:
+    """Return what ends the launch with this process: exit code 0 only after the last step.
 
+    Raises:
+        RuntimeError: (from the handler) it ended too soon or without success; launch prints the
+            sentence, stops the nodes, and ends with exit code 1.
+    """
 
-def in_turn(steps: list[ExecuteProcess]) -> list[LaunchDescriptionEntity]:
-    """Run one step after the other; shut down after the last, or when one fails."""
-    handlers = []
-    for number, done in enumerate(steps):
-        following = steps[number + 1 : number + 2] or [Shutdown(reason="the sweep is learned")]
+    def end(event: ProcessExited, context: LaunchContext) -> Shutdown | None:
+        if context.is_shutdown:  # it was told to end
+            return None
+        if action is steps and event.returncode == 0:
+            return Shutdown(reason="the sweep is learned")
+        name = "the sweep" if action is steps else f"the node {event.process_name}"
+        raise RuntimeError(
+            f"{name} ended with exit code {event.returncode}: see what it says above"
+        )
 
-        def go_on(event, _context, following=following):  # type: ignore[no-untyped-def]
-            failed = event.returncode != 0
-            return [Shutdown(reason="a step failed")] if failed else following
-
-        handlers.append(RegisterEventHandler(OnProcessExit(target_action=done, on_exit=go_on)))
-    return [*handlers, steps[0]]
+    return RegisterEventHandler(OnProcessExit(target_action=action, on_exit=end))

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -28,6 +27,7 @@ from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
 
 GUIDE_TOPIC = "baxter_simulator/guide"
@@ -67,7 +67,7 @@ class _Performance:
     done: Future
 
 
-class DemonstratorNode(Node):
+class DemonstratorNode(SuiteNode):
     """Answers each joint state, at its stamp, with where the guiding hands are."""
 
     def __init__(self) -> None:

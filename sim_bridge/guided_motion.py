@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.experience.errors import FileError
+from irlpilco_ros.experience.plain_files import read_yaml
 from irlpilco_ros.learning.errors import InvalidSettingError
 
 Vector = NDArray[np.float64]
@@ -126,11 +127,14 @@ def load_motion(path: Path | str = SWEEP) -> GuidedMotion:
         InvalidSettingError: the file cannot be read, lacks a key or holds something else.
     """
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        document = read_yaml(Path(path))
+    except FileError as error:
+        raise InvalidSettingError(f"cannot read a motion: {error}") from error
+    try:
         joints = tuple(str(name) for name in document["joints"])
         positions = np.array(document["positions"], dtype=float)
         interval = float(document["interval"])
-    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise InvalidSettingError(
             f"cannot read a motion from {path}: {error!r}; expected the keys joints, interval [s] "
             f"and positions [rad], as in {SWEEP}"

@@ -8,7 +8,6 @@ from array import array
 from collections.abc import Callable
 from typing import Protocol
 
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -18,6 +17,7 @@ from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.pace_settings import PaceSettings
 from sim_bridge.pacemaker import Pacemaker
@@ -45,7 +45,7 @@ class Simulation(Protocol):
         """Put the robot back to where it begins; time is 0 again."""
 
 
-class SimulatorNode(Node):
+class SimulatorNode(SuiteNode):
     """Publishes joint_states at 100 Hz of simulated time; obeys joint_command and ~/reset.
 
     A robot's own node sets `simulation`, says in `obey` what a command does and calls `start`.

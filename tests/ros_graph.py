@@ -34,11 +34,9 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import Trigger
 
+from irlpilco_ros.ros.discovery import keep_to_this_host
+
 REPOSITORY = Path(__file__).resolve().parent.parent
-_DISCOVERY = {
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": str(REPOSITORY / "config" / "quick_discovery.xml"),
-}
 # Domains above 101 use ports that Linux hands out to anybody.
 _DOMAINS = range(1, 101)
 
@@ -121,7 +119,9 @@ class RosGraph:
         """Keep the processes' output in this folder."""
         self.folder = folder
         self._lock, self.domain = _free_domain()
-        self.environment = {**os.environ, **_DISCOVERY, "ROS_DOMAIN_ID": str(self.domain)}
+        # Read from the environment when a context is made, here and in the processes.
+        keep_to_this_host(os.environ)
+        self.environment = {**os.environ, "ROS_DOMAIN_ID": str(self.domain)}
         self.environment["ROS_LOG_DIR"] = str(folder / "ros_log")
         self.environment["OPENBLAS_NUM_THREADS"] = "1"
         path = self.environment.get("PYTHONPATH")
@@ -130,8 +130,6 @@ class RosGraph:
         self._clients: dict[tuple[type, str], Any] = {}
 
     def __enter__(self) -> RosGraph:
-        # Both are read from the environment when a context is made.
-        os.environ.update(_DISCOVERY)
         os.environ.setdefault("ROS_LOG_DIR", self.environment["ROS_LOG_DIR"])
         self.context = Context()
         rclpy.init(context=self.context, domain_id=self.domain)

@@ -17,6 +17,9 @@ import irlpilco_ros.learning
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted([*ROOT.glob("irlpilco_ros/**/*.py"), *ROOT.glob("sim_bridge/**/*.py")])
 
+YAML_READER = ROOT / "irlpilco_ros/experience/plain_files.py"
+"""The only file that reads YAML: within bounds, without aliases."""
+
 ROS_PACKAGES = (
     "ament_index_python",
     "builtin_interfaces",
@@ -289,3 +292,9 @@ def test_no_file_names(what):
             if pattern.search(line)
         ]
     assert hits == [], f"no file may name {what}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_yaml_is_read_in_one_place(path):
+    calls = re.findall(r"\byaml\.\w*load\w*\(", path.read_text(encoding="utf-8"))
+    assert not calls or path == YAML_READER

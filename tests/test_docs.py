@@ -117,6 +117,7 @@ def test_the_parameter_tables_are_those_of_the_code():
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
     assert tables.PAGE.read_text(encoding="utf-8") == tables.page(), "run `make docs`"
+    assert tables.NAMES.read_text(encoding="utf-8") == tables.names(), "run `make docs`"
 
 
 @pytest.mark.dds

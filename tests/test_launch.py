@@ -1,18 +1,23 @@
 """The launch file, read by stand-ins for the modules of `launch`, which come with apt's ROS only.
 
-The stand-ins write down what the file asks for; the test plays the launch system and lets one
-step after the other end.
+The stand-ins write down what the file asks for; the test plays the launch system and lets the
+processes end. What they do meanwhile is tested in commands/test_sweep.py.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+
+from irlpilco_ros.cli import build_parser
+from irlpilco_ros.ros import discovery
 
 
 class Recorded:
@@ -43,6 +48,7 @@ class Launch:
         )
         index: Any = ModuleType("ament_index_python.packages")
         index.get_package_share_directory = lambda _package: str(share)
+        index.get_package_prefix = lambda package: f"/prefix/of/{package}"
         for module in (
             stand_in("launch", "LaunchContext", "LaunchDescription"),
             stand_in(
@@ -54,6 +60,7 @@ class Launch:
                 "Shutdown",
             ),
             stand_in("launch.event_handlers", "OnProcessExit"),
+            stand_in("launch.events.process", "ProcessExited"),
             stand_in("launch.launch_description_entity", "LaunchDescriptionEntity"),
             stand_in("launch_ros.actions", "Node"),
             substitutions,
@@ -76,6 +83,8 @@ class Launch:
 @pytest.fixture
 def launch(repository, monkeypatch, tmp_path) -> Launch:
     monkeypatch.chdir(tmp_path)
+    for name in (discovery.RANGE, *discovery.PROFILES):  # put back when the test is over
+        monkeypatch.setenv(name, "")
     return Launch(repository / "launch/sweep.launch.py", repository, monkeypatch)
 
 
@@ -83,19 +92,20 @@ def of(kind: str, actions: list[Recorded]) -> list[Recorded]:
     return [action for action in actions if type(action).__name__ == kind]
 
 
-def end_each(actions: list[Recorded], returncode: int = 0) -> list[list[str]]:
-    """Let every step end with this code; return the steps in the order in which they ran."""
+def on_end(actions: list[Recorded]) -> dict[str, Callable[..., Any]]:
+    """Return what is done when a process ends, by its name."""
     handlers = [handler.args[0] for handler in of("RegisterEventHandler", actions)]
-    steps = of("ExecuteProcess", actions)
-    ran = []
-    while steps:
-        (step,) = steps
-        ran.append(step.cmd)
-        (handler,) = [handler for handler in handlers if handler.target_action is step]
-        following = handler.on_exit(SimpleNamespace(returncode=returncode), None)
-        steps = of("ExecuteProcess", following)
-    assert of("Shutdown", following), "the last step ends the launch"
-    return ran
+    return {
+        getattr(handler.target_action, "executable", "the sweep"): handler.on_exit
+        for handler in handlers
+    }
+
+
+def ended(code: int) -> SimpleNamespace:
+    return SimpleNamespace(returncode=code, process_name="learner-3")
+
+
+RUNNING, ENDING = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
 
 
 def test_five_nodes_start_with_files_that_exist(launch, repository):
@@ -115,36 +125,43 @@ def test_no_parameter_is_an_empty_text(launch):
             assert not isinstance(parameters, dict) or all(parameters.values())
 
 
-def test_the_sweep_is_shown_recorded_and_learned_in_turn(launch, tmp_path):
-    steps = end_each(launch.start(namespace="/robot", iterations="3"))
-    assert [step[3] for step in steps[:4]] == [
-        "/robot/demonstrator/move_to_start",
-        "/robot/demonstration_recorder/start",
-        "/robot/demonstrator/play",
-        "/robot/demonstration_recorder/stop",
-    ]
-    run = tmp_path / "runs/sweep"
-    assert steps[4][2:] == ["set", "/robot/learner", "demonstration", f"{run}/recordings/000"]
-    assert steps[5][4:] == ["learn", "--iterations", "3", "--namespace", "/robot"]
-    assert steps[6][4:] == ["report", str(run)]
+def test_one_process_has_the_nodes_do_the_sweep(launch):
+    (steps,) = of("ExecuteProcess", launch.start(namespace="/robot", iterations="3"))
+    program, *words = steps.cmd
+    assert program == "/prefix/of/irlpilco_ros/lib/irlpilco_ros/irlpilco"
+    arguments = build_parser().parse_args(words)
+    assert (words[0], arguments.iterations, arguments.namespace) == ("sweep", 3, "/robot")
 
 
-def test_a_step_that_fails_ends_the_launch(launch):
-    assert len(end_each(launch.start(), returncode=1)) == 1
+def test_the_last_step_ends_the_launch_with_success(launch):
+    actions = launch.start()
+    assert of("Shutdown", [on_end(actions)["the sweep"](ended(0), RUNNING)])
 
 
-def test_a_run_that_has_a_demonstration_goes_on_with_it(launch, tmp_path):
-    (tmp_path / "runs/sweep/demonstration").mkdir(parents=True)
-    assert [step[4] for step in end_each(launch.start())] == ["learn", "report"]
+@pytest.mark.parametrize(("who", "code"), [("the sweep", 1), ("learner", 1), ("controller", 0)])
+def test_what_ends_too_soon_is_said_and_ends_the_launch_with_1(launch, who, code):
+    """launch prints the sentence of an exception and makes its own exit code 1."""
+    with pytest.raises(RuntimeError, match=f"ended with exit code {code}"):
+        on_end(launch.start())[who](ended(code), RUNNING)
 
 
-def test_a_real_robot_needs_three_nodes_and_a_recorded_demonstration(launch, tmp_path):
-    actions = launch.start(simulated="false", demonstration="bags/sweep/000")
+def test_every_process_is_watched(launch):
+    actions = launch.start()
+    nodes = {node.executable for node in of("Node", actions)}
+    assert set(on_end(actions)) == {*nodes, "the sweep"}
+
+
+def test_whoever_is_told_to_end_has_not_failed(launch):
+    for end in on_end(launch.start()).values():
+        assert end(ended(130), ENDING) is None
+
+
+def test_a_real_robot_needs_three_nodes(launch, tmp_path):
+    actions = launch.start(simulated="false", demonstration="recordings/000")
     nodes = {node.executable: node for node in of("Node", actions)}
     assert set(nodes) == {"demonstration_recorder", "controller", "learner"}
     bag = nodes["learner"].parameters[-1]["demonstration"]
-    assert bag == str(tmp_path / "bags/sweep/000")
-    assert [step[4] for step in end_each(actions)] == ["learn", "report"]
+    assert bag == str(tmp_path / "recordings/000")
 
 
 def test_without_iterations_the_nodes_start_alone(launch):
@@ -152,9 +169,6 @@ def test_without_iterations_the_nodes_start_alone(launch):
     assert of("Node", actions) == actions
 
 
-def test_the_commands_of_the_steps_are_understood(launch):
-    from irlpilco_ros.cli import build_parser
-
-    for step in end_each(launch.start(namespace="/robot")):
-        if "irlpilco" in step:
-            build_parser().parse_args(step[step.index("irlpilco") + 1 :])
+def test_only_this_host_finds_what_it_starts(launch):
+    launch.start()
+    assert os.environ[discovery.PROFILES[0]].endswith("config/this_host.xml")

@@ -1,4 +1,4 @@
-"""Writes msgs_docs/parameters.md from the settings classes: one table per node.
+"""Writes msgs_docs/parameters.md from the settings classes, one table per node, and the names.
 
 python tools/parameter_tables.py
 """
@@ -28,6 +28,7 @@ from sim_bridge.demonstrator_node import DemonstratorSettings  # noqa: E402
 from sim_bridge.simulation_settings import SimulationSettings  # noqa: E402
 
 PAGE = ROOT / "msgs_docs" / "parameters.md"
+NAMES = ROOT / "irlpilco_ros" / "ros" / "node_parameters.py"
 
 SETTINGS: dict[str, tuple[type, ...]] = {
     "demonstration_recorder": (RecorderSettings,),
@@ -48,6 +49,13 @@ running node `ros2 param describe NODE NAME` says the same. The shipped files ar
 [config/baxter_simulator.yaml](../config/baxter_simulator.yaml) (simulated robot),
 [config/sweep.yaml](../config/sweep.yaml) (learner, best settings) and
 [config/thesis.yaml](../config/thesis.yaml) (learner, the thesis's settings).
+
+- A file may be given to several nodes: each takes what is its own. A node that is started with a
+  parameter that no node has ends with a sentence that names it and what may be meant.
+- `ros2 param dump` writes all of a node, and `ros2 param load` or `--params-file` makes it again,
+  bit by bit. Of one request, policy and start are taken together or not at all, the rest singly.
+- An empty list, word or 0 stands for what is not set. A read-only parameter may be set to the value
+  that it has.
 """
 
 POLICY = """\
@@ -110,5 +118,21 @@ def limits(declared: Declaration) -> Iterator[str]:
         yield f"{-math.inf if low is None else low:g} to {math.inf if high is None else high:g}"
 
 
+def names() -> str:
+    """Return the module with the names of all settings of nodes, for those who must not import."""
+    found = sorted({name for group in SETTINGS.values() for cls in group for name in own(cls)})
+    lines = "".join(f'    "{name}",\n' for name in found)
+    return (
+        '"""Names of the parameters of all nodes, written by `make docs`."""\n\n'
+        f"NODE_PARAMETERS = (\n{lines})\n"
+    )
+
+
+def own(cls: type) -> list[str]:
+    """Return the settings of a class; those of extensions depend on what is installed."""
+    return [name for name in declarations(cls) if "." not in name]
+
+
 if __name__ == "__main__":
+    NAMES.write_text(names(), encoding="utf-8")
     PAGE.write_text(page(), encoding="utf-8")

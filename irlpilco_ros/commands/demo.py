@@ -13,6 +13,7 @@ from irlpilco_ros.commands import metrics_table
 from irlpilco_ros.commands.counts import at_least
 from irlpilco_ros.commands.demo_nodes import (
     SERVICES,
+    START_TIMEOUT,
     add_robot_arguments,
     node_environment,
     start_nodes,
@@ -23,6 +24,7 @@ from irlpilco_ros.commands.report import make_report
 from irlpilco_ros.commands.ros_domain import enter_private_domain
 from irlpilco_ros.commands.run_folder import keep_previous
 from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
+from irlpilco_ros.commands.showing import show
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.best_trial import best_sentence
@@ -49,9 +51,6 @@ examples:
   irlpilco demo --speed-factor 0.7 --command-lag 0.1 --run-directory runs/miscalibrated
   irlpilco demo --real-time-factor 1         watch it at the robot's own speed
 """
-
-START_TIMEOUT = 60.0
-"""How long the nodes may take to come up [s]."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -136,9 +135,10 @@ class Demo:
         """Demonstrate, replay, learn; one printed row per trial."""
         with ProgressDisplay("demo") as display:
             display.update("start the nodes", 0.0)
-            self._session.wait_for_services(SERVICES, START_TIMEOUT, self._check)
+            self._session.wait_for_nodes(SERVICES, START_TIMEOUT, self._check)
             display.update("demonstration", 0.3)
-            demonstration, summary = self._demonstrate()
+            recordings = self._directory.path / "recordings"
+            demonstration, summary = show(self._session, recordings, self._check)
             display.update("replay of the demonstration", 0.6)
             replay = self._replay(demonstration)
         print(f"demonstration: {summary}")
@@ -169,12 +169,6 @@ class Demo:
             print(f"{error}\nthe arms are freed, as a person would do it (baxter_simulator/reset)")
             self._session.trigger("baxter_simulator/reset", 10.0, self._check)
             learn_iteration(self._session, self._check)
-
-    def _demonstrate(self) -> tuple[Path, str]:
-        """Have the sweep demonstrated, and return its bag and what the recorder says of it."""
-        self._session.trigger("demonstrator/move_to_start", 300.0, self._check)
-        recordings = self._directory.path / "recordings"
-        return self._session.run(self._trials.record("demonstrator/play", recordings), self._check)
 
     def _replay(self, demonstration: Path) -> MetricsRow:
         """Replay the demonstration's own speeds, the baseline of all learning."""

@@ -11,14 +11,17 @@ import irlpilco_ros
 from irlpilco_ros.commands.node_processes import NodeProcesses
 from irlpilco_ros.commands.settings_files import settings_paths
 
-SERVICES = (
-    "demonstration_recorder/start",
-    "controller/run_trial",
-    "learn_iteration",
-    "baxter_simulator/reset",
-    "demonstrator/play",
-)
-"""A service of each node: when all are there, the nodes are ready."""
+SERVICES = {
+    "baxter_simulator": ("baxter_simulator/reset",),
+    "demonstrator": ("demonstrator/move_to_start", "demonstrator/play"),
+    "demonstration_recorder": ("demonstration_recorder/start", "demonstration_recorder/stop"),
+    "controller": ("controller/move_to_start", "controller/run_trial"),
+    "learner": ("learn_iteration",),
+}
+"""What is called of each node."""
+
+START_TIMEOUT = 60.0
+"""How long the nodes may take to come up [s]."""
 
 
 def add_robot_arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
+from irlpilco_ros.experience.private_folder import make_private
 from irlpilco_ros.learning.errors import IrlPilcoError
 
 STOP_TIMEOUT = 10.0
@@ -61,7 +62,7 @@ class NodeProcesses:
 
     def start(self, name: str, module: str, arguments: Sequence[str] = ()) -> NodeProcess:
         """Start `python -m module arguments` as the node `name`; its log is name.log."""
-        self._log_directory.mkdir(parents=True, exist_ok=True)
+        make_private(self._log_directory)
         log = self._log_directory / f"{name}.log"
         with log.open("ab") as output:
             process = subprocess.Popen(

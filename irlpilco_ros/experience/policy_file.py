@@ -28,7 +28,7 @@ PREFIX = "policy."
 SECTION = "/**/controller"
 
 # Names of joints, by the field of `Joints` that holds them.
-_JOINT_LISTS = {
+JOINT_LISTS = {
     "joints": "names",
     "unactuated_joints": "unactuated",
     "continuous_joints": "continuous",
@@ -69,7 +69,7 @@ def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
     """
     _check_size(policy, joints)
     fields = policy.to_arrays()
-    lists = {name: list(getattr(joints, field)) for name, field in _JOINT_LISTS.items()}
+    lists = {name: list(getattr(joints, field)) for name, field in JOINT_LISTS.items()}
     parameters: dict[str, Any] = {f"{PREFIX}kind": fields.pop("kind")}
     parameters |= {PREFIX + name: names for name, names in lists.items() if names}
     for name, value in fields.items():
@@ -95,7 +95,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
     if absent:
         raise InvalidSettingError(f"parameter {PREFIX}{absent[0]} is missing or empty")
     kind = fields.pop("kind")
-    lists = {field: fields.pop(name, ()) for name, field in _JOINT_LISTS.items()}
+    lists = {field: fields.pop(name, ()) for name, field in JOINT_LISTS.items()}
     try:
         joints = Joints(**lists)
     except InvalidSettingError as error:

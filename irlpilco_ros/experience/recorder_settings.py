@@ -34,6 +34,11 @@ class RecorderSettings:
         minimum=0.0,
         maximum=1000.0,
     )
+    full_rate: bool = setting(
+        True,
+        "Whether all joint states and commands are kept, too, on topics of their own "
+        "(joint_states/full_rate) beside the samples.",
+    )
     output_directory: str = setting("recordings", "Folder that gets the bags, 000, 001, ...")
 
     def __post_init__(self) -> None:

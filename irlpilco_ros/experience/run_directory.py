@@ -46,6 +46,7 @@ from irlpilco_ros.experience.metrics import (
     withdraw_metrics,
 )
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
+from irlpilco_ros.experience.private_folder import make_private
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trials import TrialSearch, find_trials
 from irlpilco_ros.learning.iteration import Iteration
@@ -128,7 +129,7 @@ class RunDirectory:
         if not os.path.exists(self.path):
             read_demonstrations(demonstration, *_reading(configuration))
         try:
-            self.trials_directory.mkdir(parents=True, exist_ok=True)
+            make_private(self.trials_directory)
             self.iteration_file(0).parent.mkdir(exist_ok=True)
             self._take_lock()
             remove_leftovers(self.path)

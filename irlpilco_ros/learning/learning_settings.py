@@ -34,8 +34,21 @@ class LearningSettings:
     prior_mean: str = setting(
         "velocity",
         "What the dynamics model expects before it has data. velocity: joints move at the "
-        "commanded velocity; zero: nothing moves (thesis; needed for effort control).",
-        choices=("velocity", "zero"),
+        "commanded velocity; identified: nearly so, each joint with gains and a lag of its own "
+        "that the trials tell; zero: nothing moves (thesis; needed for effort control).",
+        choices=("velocity", "identified", "zero"),
+    )
+    command_history: int = setting(
+        0,
+        "How many of its last commands the state of the robot holds beside positions and "
+        "velocities, for a robot that lags: about its delay divided by the control period.",
+        minimum=0,
+        maximum=100,
+    )
+    sensor_noise: bool = setting(
+        True,
+        "Whether predictions count the noise of the measurements that the policy acts on: gains "
+        "stay small, and predicted bands hold what they promise.",
     )
     hyperprior: str = setting(
         "dimension_scaled",

@@ -12,7 +12,6 @@ import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock as TimeMessage
 from sensor_msgs.msg import JointState
@@ -34,6 +33,7 @@ from irlpilco_ros.ros.policy_parameters import PolicyParameters
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 
 WATCH_PERIOD = 0.01
 """How often silence of the joint states is looked for [s]."""
@@ -41,13 +41,12 @@ WATCH_PERIOD = 0.01
 _LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
 
 
-class Controller(Node):
+class Controller(SuiteNode):
     """Answers every new joint state with a command while a motion is going on."""
 
     def __init__(self) -> None:
         """Declare parameters, offer services, listen to joint states."""
-        # Unknown names must reach PolicyParameters, which refuses them with a reason.
-        super().__init__("controller", allow_undeclared_parameters=True)
+        super().__init__("controller")
         self._robot = declare_settings(self, RobotSettings)
         settings = declare_settings(
             self, ControllerSettings, apply=self._apply_settings, check=self._check_settings
@@ -171,7 +170,7 @@ class Controller(Node):
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, _: Policy) -> None:
+    def _policy_changed(self, _: Policy | None) -> None:
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.timer import Timer
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -30,6 +29,7 @@ from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.suite_node import SuiteNode
 from irlpilco_ros.ros.topic_quality import joint_state_topic
 
 FIRST_SAMPLE_TIMEOUT = 5.0
@@ -44,7 +44,7 @@ _BATCH = 100
 _QUIET = 1.0  # so long without any joint state [s] is worth a word
 
 
-class DemonstrationRecorder(Node):
+class DemonstrationRecorder(SuiteNode):
     """The node `demonstration_recorder`."""
 
     def __init__(self) -> None:
@@ -126,6 +126,7 @@ class DemonstrationRecorder(Node):
             lambda: joint_state_topic(self, self._states.topic_name),
             lambda: joint_state_topic(self, self._commands.topic_name),
             settings.continuous_joints,
+            settings.full_rate,
         )
         self._watcher = self.create_timer(
             settings.control_period,
@@ -196,9 +197,9 @@ class DemonstrationRecorder(Node):
         return self._recording is recording
 
     def _watch(self) -> None:
-        """Look after the bag, whether messages come or not."""
+        """Look after the bag once in a control period, whether messages come or not."""
         if self._recording is not None:
-            self._recording.look()
+            self._recording.flush()
             self._tell(self._recording)
 
     def _on_state(self, data: bytes, info: Info) -> None:

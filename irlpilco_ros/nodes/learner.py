@@ -16,7 +16,6 @@ from typing import TypeVar
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -35,6 +34,7 @@ from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.predicted_trajectory import predicted_trajectory
 from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
 from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.suite_node import SuiteNode
 from irlpilco_ros.ros.trial_runner import TrialRunner
 
 Result = TypeVar("Result")
@@ -74,7 +74,7 @@ class RunSettings:
         check(self)
 
 
-class Learner(Node):
+class Learner(SuiteNode):
     """The node `learner`."""
 
     def __init__(self) -> None:

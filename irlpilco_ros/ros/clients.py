@@ -7,7 +7,7 @@ nobody else spins the node, awaits them in a `Session`.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -24,6 +24,7 @@ from irlpilco_ros.learning.errors import IrlPilcoError
 
 _POLL = 0.05  # [s] between two looks whether a service is there
 _LOOK = 0.5  # [s] between two looks whether the one who should answer is still there
+_ANSWER = 2.0  # [s] that an answer which costs nothing may take before it is taken for lost
 
 
 class ServiceError(IrlPilcoError):
@@ -75,13 +76,38 @@ class Clients:
             raise ServiceError(_late(name, timeout))
         return answer.result()
 
-    async def wait_for(self, name: str, timeout: float) -> None:
-        """Wait until a std_srvs/Trigger of this name is there.
+    async def meet(self, services: Mapping[str, Sequence[str]], timeout: float) -> None:
+        """Wait until nodes are there and know of this one, so that no answer of theirs is lost.
+
+        A service that is there may be so new that its node would not yet know whom to answer.
+        Nodes learn of clients in the order in which these are made: whoever answers through the
+        last one, which reads no parameter, answers through all.
+
+        Args:
+            services: By the name of each node the std_srvs/Trigger services of it that will be
+                called; its parameters may be set, too.
+            timeout: How long that may take in all [s].
 
         Raises:
-            ServiceError: it is not there within `timeout` [s].
+            ServiceError: names the first service that is not there, or the node that is silent.
         """
-        await self._ready_client(Trigger, name, timeout)
+        end = time.monotonic() + timeout
+
+        def left() -> float:
+            return max(end - time.monotonic(), _POLL)
+
+        for node_name, names in services.items():
+            for name in names:
+                await self._ready_client(Trigger, name, left())
+            await self._ready_client(SetParametersAtomically, _setter(node_name), left())
+        for node_name in services:
+            while True:
+                try:
+                    await self.get_parameters(node_name, (), min(left(), _ANSWER), left())
+                    break
+                except ServiceError:
+                    if time.monotonic() > end:
+                        raise
 
     async def trigger(self, name: str, timeout: float, wait: float = 5.0) -> str:
         """Call a std_srvs/Trigger and return its message.
@@ -104,19 +130,21 @@ class Clients:
         answer = await self.call(SetParametersAtomically, name, request, timeout, wait)
         _check_parameters(node_name, answer)
 
-    async def get_parameter(
-        self, node_name: str, name: str, timeout: float = 5.0, wait: float = 5.0
-    ) -> Any:
-        """Return the value of a parameter of another node.
+    async def get_parameters(
+        self, node_name: str, names: Sequence[str], timeout: float = 5.0, wait: float = 5.0
+    ) -> dict[str, Any]:
+        """Return parameters of another node by name.
 
         Raises:
-            ServiceError: as `call`.
+            ServiceError: as `call`, or the node lacks one of them.
         """
-        request = GetParameters.Request(names=[name])
-        answer = await self.call(
-            GetParameters, f"{node_name}/get_parameters", request, timeout, wait
-        )
-        return parameter_value_to_python(answer.values[0])
+        request = GetParameters.Request(names=list(names))
+        service = f"{node_name}/get_parameters"
+        answer = await self.call(GetParameters, service, request, timeout, wait)
+        if len(answer.values) < len(names):
+            raise ServiceError(f"{node_name} lacks one of the parameters {', '.join(names)}")
+        values = [parameter_value_to_python(value) for value in answer.values]
+        return dict(zip(names, values, strict=True))
 
     async def sleep(self, seconds: float) -> None:
         """Wait inside an async callback, on the steady clock, while others run."""
@@ -180,7 +208,11 @@ def _parameters_request(
         Parameter(key, value=_plain(value)).to_parameter_msg() for key, value in values.items()
     ]
     request = SetParametersAtomically.Request(parameters=parameters)
-    return f"{node_name}/set_parameters_atomically", request
+    return _setter(node_name), request
+
+
+def _setter(node_name: str) -> str:
+    return f"{node_name}/set_parameters_atomically"
 
 
 def _plain(value: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -12,13 +12,12 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
-from rclpy.exceptions import ParameterUninitializedException
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.settings import Declaration, declarations, from_values, values_of
+from irlpilco_ros.ros.parameter_values import plain
+from irlpilco_ros.ros.suite_node import SuiteNode
 
 SettingsT = TypeVar("SettingsT")
 
@@ -39,7 +38,7 @@ _LARGEST_FLOAT = 1.7976931348623157e308
 
 
 def declare_settings(
-    node: Node,
+    node: SuiteNode,
     cls: type[SettingsT],
     prefix: str = "",
     apply: Callable[[SettingsT], None] | None = None,
@@ -58,15 +57,17 @@ def declare_settings(
             InvalidSettingError to refuse them.
 
     Raises:
-        InvalidSettingError: the values given at the start do not go together.
+        InvalidSettingError: a value given at the start is wrong, or they do not go together.
     """
-    values = {
-        name: _declare(node, prefix + name, declared, apply is None)
-        for name, declared in declarations(cls).items()
-    }
-    settings = from_values(cls, values)
+    declared = declarations(cls)
+    kinds = {name: _kind(each) for name, each in declared.items()}
+    given = {name: node.given(prefix + name, kind) for name, kind in kinds.items()}
+    settings = from_values(cls, {name: each for name, each in given.items() if each is not None})
     if check is not None:
         check(settings)
+    for name, value in values_of(settings).items():
+        descriptor = _descriptor(declared[name], apply is None)
+        node.declare(prefix + name, kinds[name], plain(value), descriptor)
     if apply is not None:
         _follow(node, settings, prefix, apply, check)
     return settings
@@ -87,40 +88,8 @@ def updated(settings: SettingsT, parameters: Iterable[Parameter], prefix: str = 
     return from_values(type(settings), {**values_of(settings), **changes})
 
 
-def given_under_old_name(node: Node, name: str) -> Any:
-    """Return what a node was started with under the old name of a parameter, with a warning.
-
-    Returns:
-        None if the parameter has no old name, or nothing was given under it.
-    """
-    for old in (old for old, new in RENAMED.items() if new == name):
-        # Declaring is the only public way to what a node was started with.
-        node.declare_parameter(old, None, ParameterDescriptor(dynamic_typing=True))
-        value = node.get_parameter(old).value
-        node.undeclare_parameter(old)
-        if value is not None:
-            node.get_logger().warning(advice(old))
-            return value
-    return None
-
-
-def _declare(node: Node, name: str, declared: Declaration, read_only: bool) -> Any:
-    descriptor = _descriptor(declared, read_only)
-    default = given_under_old_name(node, name)
-    if default is None:
-        default = declared.default
-    is_empty = isinstance(default, tuple | list) and not default
-    # rclpy cannot tell the type of an empty list: declare the type alone then.
-    start = Parameter.Type(descriptor.type) if is_empty else default
-    node.declare_parameter(name, start, descriptor)
-    try:
-        return node.get_parameter(name).value
-    except ParameterUninitializedException:
-        return default
-
-
 def _follow(
-    node: Node,
+    node: SuiteNode,
     initial: SettingsT,
     prefix: str,
     apply: Callable[[SettingsT], None],
@@ -148,12 +117,18 @@ def _follow(
     node.add_post_set_parameters_callback(take_over)
 
 
+def _kind(declared: Declaration) -> Parameter.Type:
+    if typing.get_origin(declared.hint) is tuple:
+        return _ARRAY_TYPES[typing.get_args(declared.hint)[0]]
+    return _SCALAR_TYPES[declared.hint]
+
+
 def _descriptor(declared: Declaration, read_only: bool) -> ParameterDescriptor:
     is_array = typing.get_origin(declared.hint) is tuple
     element = typing.get_args(declared.hint)[0] if is_array else declared.hint
     unit = f" [{declared.unit}]" if declared.unit else ""
     descriptor = ParameterDescriptor(
-        type=(_ARRAY_TYPES if is_array else _SCALAR_TYPES)[element].value,
+        type=_kind(declared).value,
         description=declared.description + unit,
         read_only=read_only or declared.read_only,
         additional_constraints=_constraints(declared),

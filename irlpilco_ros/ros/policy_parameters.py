@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from irlpilco_ros.control.safety import check_policy
@@ -15,12 +14,12 @@ from irlpilco_ros.experience.policy_file import (
     policy_fields,
     policy_from_parameters,
 )
-from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.policies import REGISTRY, Policy
 from irlpilco_ros.learning.policies.declaration import declared
-from irlpilco_ros.ros.parameters import given_under_old_name
+from irlpilco_ros.ros.parameter_values import EMPTY, plain
+from irlpilco_ros.ros.suite_node import SuiteNode
 
 _KIND = PREFIX + "kind"
 _START = "start_position"  # a parameter of the controller's own
@@ -54,20 +53,20 @@ class PolicyParameters:
 
     A change with `policy.kind` in it is a whole new policy: fields that it leaves out are
     emptied, so that the parameters never mix two policies. A change without it alters fields of
-    the policy in force.
+    the policy in force. A request that sets parameters one by one, as `ros2 param load` does, is
+    taken for one change of the policy and the start.
 
     Attributes:
         policy: The policy in force, or None as long as none was set.
     """
 
     def __init__(
-        self, node: Node, robot: RobotSettings, on_change: Callable[[Policy], None]
+        self, node: SuiteNode, robot: RobotSettings, on_change: Callable[[Policy | None], None]
     ) -> None:
         """Declare the parameters and take the policy that the node was started with.
 
         Args:
-            node: The node; it must allow undeclared parameters, so that an unknown name reaches
-                the check here and is refused with a reason. It has declared `start_position`.
+            node: The node; it has declared `start_position`.
             robot: What the policy must fit.
             on_change: Called with every new policy.
 
@@ -78,21 +77,19 @@ class PolicyParameters:
         self._robot = robot
         self._on_change = on_change
         self._descriptors = policy_parameters()
-        self._values: dict[str, Any] = {}
+        given = {
+            name: node.given(name, Parameter.Type(descriptor.type))
+            for name, descriptor in self._descriptors.items()
+        }
+        self._values = {name: value for name, value in given.items() if value is not None}
+        self.policy = self._make(self._values, ())
         for name, descriptor in self._descriptors.items():
-            self._declare(name, descriptor)
-        self.policy = self._make(self._values, ()) if self._values.get(_KIND) else None
+            kind = Parameter.Type(descriptor.type)
+            node.declare(name, kind, self._values.get(name, EMPTY[kind]), descriptor)
+        node.keep_together([*self._descriptors, _START])
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._judge)
         node.add_post_set_parameters_callback(self._take_over)
-
-    def _declare(self, name: str, descriptor: ParameterDescriptor) -> None:
-        before = given_under_old_name(self._node, name)
-        start = Parameter.Type(descriptor.type) if before is None else before
-        self._node.declare_parameter(name, start, descriptor)
-        value = _plain(self._node.get_parameter_or(name).value)
-        if value is not None:
-            self._values[name] = value
 
     def _complete(self, parameters: list[Parameter]) -> list[Parameter]:
         """Empty the fields that a new policy does not have."""
@@ -107,7 +104,6 @@ class PolicyParameters:
 
     def _judge(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            self._check_names(parameters)
             values = self._merged(parameters)
             if values != self._values:
                 self._make(values, parameters)
@@ -122,31 +118,28 @@ class PolicyParameters:
             self.policy = self._make(values, parameters)
             self._on_change(self.policy)
 
-    def _check_names(self, parameters: Iterable[Parameter]) -> None:
-        for parameter in parameters:
-            if not self._node.has_parameter(parameter.name):
-                known = ", ".join(self._descriptors)
-                hint = f" ({advice(parameter.name)})" if parameter.name in RENAMED else ""
-                raise InvalidSettingError(
-                    f"parameter {parameter.name} does not exist{hint}; those of a policy are: "
-                    f"{known}"
-                )
-
     def _merged(self, parameters: Iterable[Parameter]) -> dict[str, Any]:
         changes = {
-            p.name: None if isinstance(p, _Emptied) else _plain(p.value)
+            p.name: None if isinstance(p, _Emptied) else plain(p.value)
             for p in parameters
             if p.name in self._descriptors
         }
         values = {**self._values, **changes}
         return {name: value for name, value in values.items() if value is not None}
 
-    def _make(self, values: dict[str, Any], parameters: Iterable[Parameter]) -> Policy:
+    def _make(self, values: dict[str, Any], parameters: Iterable[Parameter]) -> Policy | None:
         """Return the policy of these values, tried at the start that the same request may set."""
+        if not any(values.values()):
+            return None  # saved from a controller that had none
+        if not values.get(_KIND):
+            raise InvalidSettingError(
+                f"{_KIND} is missing or empty, and there is no policy that could be altered; a "
+                "policy is set whole, in one request: ros2 param load NODE policy_007.yaml"
+            )
         policy, joints = policy_from_parameters(_given(values))
-        start = self._node.get_parameter_or(_START).value
+        start = self._node.get_parameter(_START).value
         start = next((p.value for p in parameters if p.name == _START), start)
-        check_policy(self._robot, policy, joints, tuple(start or ()))
+        check_policy(self._robot, policy, joints, tuple(start))
         return policy
 
 
@@ -155,8 +148,7 @@ class _Emptied(Parameter):  # type: ignore[misc]
 
     def __init__(self, descriptor: ParameterDescriptor) -> None:
         kind = Parameter.Type(descriptor.type)
-        empty = {Parameter.Type.STRING: "", Parameter.Type.INTEGER: 0, Parameter.Type.DOUBLE: 0.0}
-        super().__init__(descriptor.name, kind, empty.get(kind, []))
+        super().__init__(descriptor.name, kind, EMPTY[kind])
 
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:
@@ -174,8 +166,3 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
         for name, value in values.items()
         if value or (name in own and not isinstance(value, list | str))
     }
-
-
-def _plain(value: Any) -> Any:
-    """Lists, which can be compared, instead of the kinds of array that rclpy hands out."""
-    return list(value) if hasattr(value, "__len__") and not isinstance(value, str) else value

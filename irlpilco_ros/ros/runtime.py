@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -23,9 +24,10 @@ from rclpy.executors import (
     SingleThreadedExecutor,
 )
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.ros import discovery
+from irlpilco_ros.ros.context import RosStartError, begin
 
 GRACE = 0.1
 """How long callbacks go on after wind_down() [s]."""
@@ -57,10 +59,12 @@ def run_node(
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
         reason is on stderr then.
     """
-    # rclpy's own handlers would end the context before shutdown() could publish anything.
-    rclpy.init(
-        args=None if argv is None else list(argv), signal_handler_options=SignalHandlerOptions.NO
-    )
+    try:
+        # rclpy's own handlers would end the context before shutdown() could publish anything.
+        narrowed = begin(argv)
+    except RosStartError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     stop = threading.Event()
     _on_signals(stop)
     try:
@@ -69,6 +73,7 @@ def run_node(
         print(f"error: {error}", file=sys.stderr)
         rclpy.try_shutdown()
         return 1
+    _tell_who_finds_it(node, narrowed)
     try:
         succeeded = _spin_until(stop, node, executor_threads)
     finally:
@@ -78,6 +83,13 @@ def run_node(
         node.destroy_node()
         rclpy.try_shutdown()
     return 0 if succeeded else 1
+
+
+def _tell_who_finds_it(node: Node, narrowed: bool) -> None:
+    if narrowed:
+        node.get_logger().info(discovery.NARROWED)
+    if danger := discovery.warning(os.environ):
+        node.get_logger().warning(danger)
 
 
 def _on_signals(stop: threading.Event) -> None:

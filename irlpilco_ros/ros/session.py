@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
 from typing import Any, TypeVar
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rclpy.time import Time
+from rclpy.validate_namespace import validate_namespace
 
 from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.context import RosStartError, begin
 from irlpilco_ros.ros.learner_progress import LearnerProgress
 from irlpilco_ros.ros.qos import DIAGNOSTICS
 
@@ -42,11 +44,19 @@ class Session:
         Args:
             name: Name of the node.
             namespace: Its namespace; the services it calls are in there too.
+
+        Raises:
+            RosStartError: ROS cannot begin, or the namespace is none.
         """
-        self._context = rclpy.Context()
+        namespace = f"/{namespace.strip('/')}"
+        try:
+            validate_namespace(namespace)
+        except InvalidNamespaceException as error:
+            raise RosStartError(" ".join(str(error).replace("^", "").split())) from error
+        self._context = Context()
         # Ctrl-C must raise KeyboardInterrupt here as in any other command.
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name, namespace=namespace or None, context=self._context)
+        begin(["irlpilco"], self._context)
+        self.node = Node(name, namespace=namespace, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.clients = Clients(self.node)
@@ -90,19 +100,25 @@ class Session:
         limit = FOREVER if timeout is None else timeout
         return self.run(self.clients.trigger(service, limit), on_wait)
 
-    def wait_for_services(
-        self, names: Sequence[str], timeout: float, on_wait: Callable[[], None] | None = None
+    def wait_for_nodes(
+        self,
+        services: Mapping[str, Sequence[str]],
+        timeout: float,
+        on_wait: Callable[[], None] | None = None,
     ) -> None:
-        """Wait until all these std_srvs/Trigger services are there.
+        """Wait until nodes are ready: none of their answers to this node will be lost.
+
+        Args:
+            services: By the name of each node the std_srvs/Trigger services of it that will be
+                called; its parameters may be set, too.
+            timeout: How long that may take in all [s].
+            on_wait: As in `run`.
 
         Raises:
-            ServiceError: names the first one that is not there in time [s].
+            ServiceError: names the first service that is not there in time, or the node that is
+                silent.
         """
-        self.run(self._all_there(names, timeout), on_wait)
-
-    async def _all_there(self, names: Sequence[str], timeout: float) -> None:
-        for name in names:
-            await self.clients.wait_for(name, timeout)
+        self.run(self.clients.meet(services, timeout), on_wait)
 
     def _take_progress(self, message: DiagnosticArray) -> None:
         # Between two calls nobody listens, and what is waiting then is about the last one.

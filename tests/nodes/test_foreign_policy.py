@@ -51,7 +51,8 @@ def test_learner_policy_file_and_controller(ros, tmp_path):
         # The controller runs it from its file, without a learner.
         controller.stop()
         ros.start(CONTROLLER, files=[file])
-        answer = ros.trigger("controller/move_to_start", timeout=30.0)
-        assert answer.success, answer.message
+        ros.wait_for(  # until it has heard of the robot
+            lambda: ros.trigger("controller/move_to_start", timeout=30.0).success, "the start", 30.0
+        )
         answer = ros.trigger("controller/run_trial", timeout=30.0)
         assert answer.success, answer.message

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
-from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from irlpilco_ros.learning.settings import check, setting
+from irlpilco_ros.learning.settings import check, declarations, setting
 from irlpilco_ros.ros.clients import Clients, ServiceError
 from irlpilco_ros.ros.health import OK, WARN, Health
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.runtime import run_node
+from irlpilco_ros.ros.suite_node import SuiteNode
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class MinimalSettings:
         check(self)
 
 
-class MinimalNode(Node):
+class MinimalNode(SuiteNode):
     def __init__(self) -> None:
-        super().__init__("minimal")
+        super().__init__("minimal", declarations(MinimalSettings))
         self.settings = declare_settings(self, MinimalSettings, apply=self._apply)
         self.health = Health(self)
         self.clients_of_others = Clients(self)

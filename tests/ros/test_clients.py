@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from irlpilco_ros.ros.clients import ServiceError
+from irlpilco_ros.ros.context import RosStartError
 from irlpilco_ros.ros.session import Session
 
 pytestmark = pytest.mark.dds
@@ -65,3 +68,43 @@ def test_the_command_line_gets_the_message_or_the_reason(graph, other, monkeypat
             caller.trigger("other/dawdle", 0.2)
         with pytest.raises(ServiceError, match="nobody/there is not there"):
             caller.run(clients.trigger("nobody/there", 1.0, wait=0.2))
+
+
+def test_nodes_are_met_when_they_answer(graph, other, monkeypatch):
+    """Their services may be there long before: here the process is stopped for a while."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
+    (process,) = (each for each in graph.processes if "__node:=other" in each.command)
+    needed = {"other": ("other/settings", "other/warn")}
+    with Session("caller") as caller:
+        caller.wait_for_nodes(needed, 20.0)
+        process.send(signal.SIGSTOP)
+        try:
+            with pytest.raises(ServiceError, match="other/get_parameters did not answer"):
+                caller.wait_for_nodes(needed, 0.5)
+            threading.Timer(1.0, lambda: process.send(signal.SIGCONT)).start()
+            began = time.monotonic()
+            caller.wait_for_nodes(needed, 20.0)
+            assert time.monotonic() - began > 0.9
+        finally:
+            process.send(signal.SIGCONT)
+        with pytest.raises(ServiceError, match="other/nothing is not there"):
+            caller.wait_for_nodes({"other": ("other/nothing",)}, 0.5)
+
+
+def test_parameters_of_another_node_are_read(graph, other, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
+    with Session("caller") as caller:
+        clients = caller.clients
+        read = caller.run(clients.get_parameters("minimal", ("gain", "mode")))
+        assert read == {"gain": 2.5, "mode": "slow"}
+        with pytest.raises(ServiceError, match="minimal lacks one of the parameters gain, nothing"):
+            caller.run(clients.get_parameters("minimal", ("gain", "nothing")))
+
+
+def test_a_namespace_that_is_none_is_a_sentence(graph, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
+    with pytest.raises(RosStartError, match=r"namespace must not contain .* '/a b'$"):
+        Session("caller", namespace="a b")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "seven")
+    with pytest.raises(RosStartError, match="ROS_DOMAIN_ID is not an integral number"):
+        Session("caller")

@@ -11,6 +11,11 @@ import pytest
 from std_msgs.msg import String
 
 pytestmark = pytest.mark.dds
+SECURE = {
+    "ROS_SECURITY_ENABLE": "true",
+    "ROS_SECURITY_STRATEGY": "Enforce",
+    "ROS_SECURITY_KEYSTORE": "/nowhere",
+}
 MINIMAL = str(Path(__file__).with_name("minimal_node.py"))
 
 
@@ -54,3 +59,25 @@ def test_a_bad_setting_at_the_start_is_one_line_on_stderr(ros):
     assert process.output.strip() == (
         "error: MinimalSettings.mode is 'loud'; valid values: slow, fast"
     )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "environment", "said"),
+    [
+        (["--params-file", "nowhere.yaml"], {}, "nowhere.yaml"),
+        (["-r", "nothing"], {}, "remap rule"),
+        (["-p", "gain"], {}, "parameter override"),
+        ([], {"ROS_DOMAIN_ID": "seven"}, "ROS_DOMAIN_ID is not an integral number"),
+        ([], SECURE, "SECURITY ERROR"),
+    ],
+)
+def test_what_ros_itself_refuses_is_a_sentence(ros, arguments, environment, said):
+    ros.environment |= environment
+    process = ros.run([sys.executable, MINIMAL, "--ros-args", *arguments])
+    process.expected_code = 1
+    assert process.wait() == 1
+    line = process.output.splitlines()[-1]
+    assert line.startswith("error: ROS 2 does not start: ")
+    assert said in line
+    assert ".c:" not in line
+    assert "Traceback" not in process.output

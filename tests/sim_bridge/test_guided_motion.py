@@ -76,7 +76,7 @@ def test_approach_ends_at_the_goal_within_the_speed(
     ("change", "reason"),
     [
         ({"positions": [[0.0] * 14]}, "at least 2 rows"),
-        ({"positions": [[0.0] * 13] * 3}, "of 14 positions"),
+        ({"positions": [[0.0] * 13 for _ in range(3)]}, "of 14 positions"),
         ({"positions": [[0.0] * 14, [float("nan")] * 14]}, "waypoint 1 is not finite"),
         ({"positions": [[0.0] * 14, [0.0] * 2]}, "cannot read a motion"),
         ({"interval": 0.0}, "expected more than 0"),
@@ -91,6 +91,13 @@ def test_files_that_make_no_sense_are_refused(
     path.write_text(yaml.safe_dump(document))
     with pytest.raises(InvalidSettingError, match=reason):
         load_motion(path)
+
+
+def test_a_few_lines_that_stand_for_gigabytes_are_refused(tmp_path: Path) -> None:
+    bomb = tmp_path / "bomb.yaml"
+    bomb.write_text("a: &a [0, 0]\nb: &b [*a, *a]\npositions: [*b, *b]\n")
+    with pytest.raises(InvalidSettingError, match="alias"):
+        load_motion(bomb)
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:
