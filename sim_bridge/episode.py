@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.control.command_shape import mean_command
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
@@ -93,18 +94,18 @@ def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5)
         MotionStoppedError: a check stopped the robot, as it would on the real one.
     """
     states: list[Vector] = []
-    decided: list[Command] = []
+    sent: dict[int, list[Vector]] = {}
 
     def note(reading: SensorReading, command: Command) -> None:
-        if not decided or command.stamp != decided[-1].stamp:
+        if command.stamp not in sent:
             states.append(reading.state(robot.robot_settings.joints))
-            decided.append(command)
+        sent.setdefault(command.stamp, []).append(command.values)
 
     outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
     if not outcome.succeeded:
         raise MotionStoppedError(outcome.message)
-    controls = np.array([command.values for command in decided[:-1]])
-    return Rollout(states=np.array(states), controls=controls)
+    controls = [mean_command(np.array(each)) for each in sent.values()]
+    return Rollout(states=np.array(states)[: horizon + 1], controls=np.array(controls)[:horizon])
 
 
 def _carry_out(
@@ -114,11 +115,11 @@ def _carry_out(
     control = MotionControl(robot.robot_settings, SETTINGS)
     outcomes: list[Outcome] = []
     commanded = robot.robot_settings.roles.commanded
-    control.take(_message(robot.read()), 0.0)
+    control.take(as_message(robot.read()), 0.0)
     control.start(motion, 0.0, outcomes.append)
     while True:
         reading = robot.read()
-        command = control.take(_message(reading), 0.0)
+        command = control.take(as_message(reading), 0.0)
         assert command is not None  # every state is a new one
         if note is not None:
             note(reading, command)
@@ -128,7 +129,8 @@ def _carry_out(
         robot.step()
 
 
-def _message(reading: SensorReading) -> JointStateMessage:
+def as_message(reading: SensorReading) -> JointStateMessage:
+    """Return a reading as it goes over the wire."""
     return JointStateMessage(
         reading.stamp,
         reading.names,

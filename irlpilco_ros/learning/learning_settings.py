@@ -113,7 +113,8 @@ class LearningSettings:
     )
     discount: float = setting(
         1.0,
-        "How much each step of a trial counts relative to the step before (gamma).",
+        "How much each step of a trial counts relative to the step before (gamma). 1: all alike; "
+        "smaller: the beginning is imitated better than the end.",
         minimum=0.01,
         maximum=1.0,
     )
@@ -139,14 +140,15 @@ class LearningSettings:
     )
     velocity_limit_factor: float = setting(
         3.0,
-        "How many times as fast as in the demonstration a policy may move each joint.",
+        "How many times as fast as in the demonstration a policy may move each joint, within "
+        "velocity_limit. Larger leaves more room to catch up; near 1 a robot that lags cannot.",
         minimum=1.0,
         maximum=100.0,
     )
     velocity_limit_floor: float = setting(
         0.1,
-        "Speed that a policy may use in any case, even of joints that stood still in the "
-        "demonstration.",
+        "Speed that a policy may use in any case within velocity_limit, even of joints that stood "
+        "still in the demonstration.",
         unit="rad/s",
         minimum=0.0,
         maximum=100.0,

@@ -1,6 +1,7 @@
 """Names of the parameters of all nodes, written by `make docs`."""
 
 NODE_PARAMETERS = (
+    "acceleration_limit",
     "approach_acceleration",
     "approach_gain",
     "approach_speed",
@@ -8,6 +9,7 @@ NODE_PARAMETERS = (
     "command_history",
     "command_interface",
     "command_lag",
+    "command_rate",
     "command_timeout",
     "continuous_joints",
     "control_period",
@@ -17,9 +19,11 @@ NODE_PARAMETERS = (
     "demonstration",
     "discount",
     "effort_limit",
+    "enabled",
     "evaluations",
     "features",
     "full_rate",
+    "guide_topic",
     "horizon",
     "horizon_stages",
     "hyperprior",
@@ -48,6 +52,7 @@ NODE_PARAMETERS = (
     "seed",
     "sensor_noise",
     "speed_factor",
+    "stall_timeout",
     "start_position",
     "start_speed_tolerance",
     "start_spread",
@@ -55,6 +60,7 @@ NODE_PARAMETERS = (
     "starts",
     "state_timeout",
     "threads",
+    "trial_start_tolerance",
     "unactuated_joints",
     "velocity_controller_output",
     "velocity_limit",
