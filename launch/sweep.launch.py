@@ -11,6 +11,7 @@ computer finds the nodes (docs/security.md).
 """
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
@@ -37,7 +38,11 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes, such as /robot."),
     "simulated": ("true", "Whether the robot is baxter_simulator, shown by demonstrator."),
     "robot": (str(CONFIG / "baxter.yaml"), "Parameter file of the robot."),
-    "simulator": (str(CONFIG / "baxter_simulator.yaml"), "Parameter file of the simulated robot."),
+    "simulator": (
+        str(CONFIG / "baxter_lockstep.yaml"),
+        "Parameter file of the simulation, and of the controller in it; the default waits for the "
+        "nodes, baxter_simulator.yaml runs in real time.",
+    ),
     "settings": (str(CONFIG / "sweep.yaml"), "Parameter file of the learner."),
     "run_directory": ("runs/sweep", "Where everything goes; a run that is there goes on."),
     "demonstration": ("", "Bag to learn from; empty: that of the run, else have it shown now."),
@@ -70,13 +75,15 @@ def nodes(values: dict[str, str], run: Path) -> list[Node]:
     learner = {"run_directory": str(run)}
     if values["demonstration"]:  # launch cannot hand over an empty text
         learner["demonstration"] = str(Path(values["demonstration"]).resolve())
-    parameters: dict[str, list[str | dict[str, str]]] = {
+    parameters: dict[str, Sequence[str | dict[str, str]]] = {
         "demonstration_recorder": [{"output_directory": str(run / "recordings")}],
         "controller": [],
         "learner": [values["settings"], learner],
     }
     if values["simulated"] == "true":
-        parameters |= {"baxter_simulator": [values["simulator"]], "demonstrator": []}
+        simulation = [values["simulator"]]
+        parameters |= {"baxter_simulator": simulation, "demonstrator": simulation}
+        parameters["controller"] = simulation
     return [
         Node(
             package=PACKAGE,

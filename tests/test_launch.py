@@ -125,6 +125,14 @@ def test_no_parameter_is_an_empty_text(launch):
             assert not isinstance(parameters, dict) or all(parameters.values())
 
 
+def test_a_simulation_waits_for_nodes_that_a_busy_computer_slows_down(launch):
+    """A real robot's silence is another thing: its controller keeps its own watchdog."""
+    for simulated, expected in (("true", True), ("false", False)):
+        nodes = {node.executable: node for node in of("Node", launch.start(simulated=simulated))}
+        files = [str(each) for each in nodes["controller"].parameters]
+        assert any(file.endswith("baxter_lockstep.yaml") for file in files) == expected
+
+
 def test_one_process_has_the_nodes_do_the_sweep(launch):
     (steps,) = of("ExecuteProcess", launch.start(namespace="/robot", iterations="3"))
     program, *words = steps.cmd
