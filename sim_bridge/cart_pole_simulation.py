@@ -36,11 +36,15 @@ class CartPoleSettings(PaceSettings):
         read_only=True,
     )
     position_noise: float = setting(
-        0.01, "Standard deviation of measured positions.", unit="rad", minimum=0.0, read_only=True
+        0.01,
+        "Standard deviation of measured positions; 0: none.",
+        unit="rad",
+        minimum=0.0,
+        read_only=True,
     )
     velocity_noise: float = setting(
         0.01,
-        "Standard deviation of measured velocities.",
+        "Standard deviation of measured velocities; 0: none.",
         unit="rad/s",
         minimum=0.0,
         read_only=True,

@@ -114,11 +114,11 @@ def _carry_out(
     control = MotionControl(robot.robot_settings, SETTINGS)
     outcomes: list[Outcome] = []
     commanded = robot.robot_settings.roles.commanded
-    control.take(_message(robot.read()), 0.0)
+    control.take(as_message(robot.read()), 0.0)
     control.start(motion, 0.0, outcomes.append)
     while True:
         reading = robot.read()
-        command = control.take(_message(reading), 0.0)
+        command = control.take(as_message(reading), 0.0)
         assert command is not None  # every state is a new one
         if note is not None:
             note(reading, command)
@@ -128,7 +128,8 @@ def _carry_out(
         robot.step()
 
 
-def _message(reading: SensorReading) -> JointStateMessage:
+def as_message(reading: SensorReading) -> JointStateMessage:
+    """Return a reading as it goes over the wire."""
     return JointStateMessage(
         reading.stamp,
         reading.names,

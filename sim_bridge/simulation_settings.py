@@ -51,11 +51,15 @@ class SimulationSettings(PaceSettings):
         read_only=True,
     )
     position_noise: float = setting(
-        4e-4, "Standard deviation of measured positions.", unit="rad", minimum=0.0, read_only=True
+        4e-4,
+        "Standard deviation of measured positions; 0: none.",
+        unit="rad",
+        minimum=0.0,
+        read_only=True,
     )
     velocity_noise: float = setting(
         5e-3,
-        "Standard deviation of measured velocities.",
+        "Standard deviation of measured velocities; 0: none.",
         unit="rad/s",
         minimum=0.0,
         read_only=True,
@@ -63,7 +67,12 @@ class SimulationSettings(PaceSettings):
     debris: int = setting(
         0, "Number of pieces of debris on the table.", minimum=0, maximum=50, read_only=True
     )
-    debris_seed: int = setting(0, "Where the debris lies.", minimum=0, read_only=True)
+    debris_seed: int = setting(
+        0,
+        "Seed of where the debris lies: the same seed, the same places.",
+        minimum=0,
+        read_only=True,
+    )
     viewer: bool = setting(
         False, "Show the simulation in a window; needs a display.", read_only=True
     )

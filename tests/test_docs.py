@@ -34,6 +34,7 @@ NODE_FILES = {
     "demonstrator": ROOT / "sim_bridge/demonstrator_node.py",
 }
 SHARED = {
+    "controller": ROOT / "irlpilco_ros/ros/command_output.py",
     "baxter_simulator": ROOT / "sim_bridge/simulator_node.py",
     "cart_pole_simulator": ROOT / "sim_bridge/simulator_node.py",
 }

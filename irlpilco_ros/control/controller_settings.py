@@ -11,49 +11,64 @@ from irlpilco_ros.learning.settings import check, setting
 class ControllerSettings:
     """What of the controller is neither the robot's nor the policy's; can be changed any time."""
 
+    enabled: bool = setting(
+        True, "Whether motions may start; controller/enable sets it, too. False stops the robot."
+    )
     start_position: tuple[float, ...] = setting(
         (),
-        "Joint positions at which trials start, in the order of `joints`; set with the policy.",
+        "Joint positions at which trials start, in the order of `joints`: controller/move_to_start "
+        "goes there. Set with the policy.",
         unit="rad",
     )
     start_tolerance: float = setting(
         0.002,
-        "How near to its start position each joint must come.",
+        "How near to its start position each joint must come for move_to_start to succeed. Smaller "
+        "takes longer, and is never reached below the noise of measured positions.",
         unit="rad",
         minimum=1e-5,
         maximum=0.5,
     )
     start_speed_tolerance: float = setting(
         0.03,
-        "How slow each joint must be to be at the start; above the noise of measured speeds.",
+        "How slow each joint must be for move_to_start to succeed; must be above the noise of "
+        "measured speeds.",
         unit="rad/s",
+        minimum=1e-4,
+        maximum=1.0,
+    )
+    trial_start_tolerance: float = setting(
+        0.05,
+        "How far from its start position each joint may be when a trial begins (and five times "
+        "`start_spread` more).",
+        unit="rad",
         minimum=1e-4,
         maximum=1.0,
     )
     approach_speed: float = setting(
         0.4,
-        "Speed of the fastest joint on the way to the start.",
+        "Largest speed of any joint on the way to the start, as far as velocity_limit allows.",
         unit="rad/s",
         minimum=0.01,
         maximum=4.0,
     )
     approach_acceleration: float = setting(
         2.0,
-        "How fast the speed builds up on the way to the start.",
+        "How fast the speed builds up on the way to the start; smaller is gentler.",
         unit="rad/s^2",
         minimum=0.01,
         maximum=100.0,
     )
     approach_gain: float = setting(
         3.0,
-        "Speed per distance near the start; too large a gain overshoots on a slow servo.",
+        "Speed per distance left near the start. Larger arrives sooner, and overshoots on a slow "
+        "servo.",
         unit="1/s",
         minimum=0.1,
         maximum=20.0,
     )
     approach_timeout: float = setting(
         60.0,
-        "Time after which the way to the start has failed.",
+        "Time after which a robot that is not at the start is stopped, and move_to_start fails.",
         unit="s",
         minimum=0.1,
         maximum=600.0,
@@ -73,13 +88,36 @@ class ControllerSettings:
         minimum=0.02,
         maximum=1.0,
     )
+    stall_timeout: float = setting(
+        1.0,
+        "Time for which a joint may be commanded at 0.1 rad/s or more, beyond what holds it, and "
+        "not move a tenth of the way, before the robot is stopped.",
+        unit="s",
+        minimum=0.2,
+        maximum=10.0,
+    )
     position_margin: float = setting(
         0.05,
         "A joint this near to its limit and moving on stops the robot, as does one beyond it; "
-        "negative, for simulation only: joints may lean on their stops, and be that far beyond.",
+        "negative, for simulation only: joints may lean on their stops and be that far beyond, and "
+        "trials may push.",
         unit="rad",
         minimum=-1.0,
         maximum=1.0,
+    )
+    command_rate: float = setting(
+        0.0,
+        "Rate at which the last command is sent again while a motion is going on and joint states "
+        "advance, for a receiver whose watchdog needs it; 0: with each new joint state only.",
+        unit="Hz",
+        minimum=0.0,
+        maximum=1000.0,
+        read_only=True,
+    )
+    guide_topic: str = setting(
+        "baxter_simulator/guide",
+        "Where a simulated robot is guided by hand: a message there ends a motion; empty: nowhere.",
+        read_only=True,
     )
     velocity_controller_output: bool = setting(
         False,
@@ -90,3 +128,17 @@ class ControllerSettings:
 
     def __post_init__(self) -> None:
         check(self)
+
+
+GUARDS = ("state_timeout", "command_timeout", "stall_timeout", "position_margin")
+"""What guards a motion: a change of it ends one that is going on."""
+
+
+def changed_guards(before: ControllerSettings, after: ControllerSettings) -> str:
+    """Say which guards differ, and how; empty if none does."""
+    changes = [
+        f"{name} from {getattr(before, name):g} to {getattr(after, name):g}"
+        for name in GUARDS
+        if getattr(before, name) != getattr(after, name)
+    ]
+    return ", ".join(changes)

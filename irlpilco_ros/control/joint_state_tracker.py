@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +35,13 @@ class JointReading:
         stamp: Stamp of the newest message in it [ns].
         positions: (J,) [rad], in the order of the wanted joints.
         velocities: (J,) [rad/s].
+        efforts: (J,) [Nm], NaN where none is told; empty if nobody asked.
     """
 
     stamp: int
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    efforts: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     @property
     def state(self) -> NDArray[np.float64]:
@@ -61,6 +63,7 @@ class JointStateTracker:
         self._index = {joint: i for i, joint in enumerate(self.joints)}
         self._positions = np.full(len(self.joints), np.nan)
         self._velocities = np.full(len(self.joints), np.nan)
+        self._efforts = np.full(len(self.joints), np.nan)
         self._arrival = np.full(len(self.joints), -math.inf)
         self._advance = np.full(len(self.joints), -math.inf)
         self._newest = np.full(len(self.joints), _NEVER)
@@ -109,6 +112,9 @@ class JointStateTracker:
         for source, target in places:
             self._positions[target] = message.positions[source]
             self._velocities[target] = message.velocities[source]
+            # Efforts are a bonus: a robot may tell none, or too few to know whose they are.
+            is_told = len(message.efforts) == len(message.names)
+            self._efforts[target] = message.efforts[source] if is_told else np.nan
         self._arrival[targets] = arrival
         return self._take_stamp(targets, message.stamp, arrival)
 
@@ -146,7 +152,9 @@ class JointStateTracker:
         """Return the newest state, or None as long as a wanted joint is missing."""
         if self.stamp is None or self.missing():
             return None
-        return JointReading(self.stamp, self._positions.copy(), self._velocities.copy())
+        return JointReading(
+            self.stamp, self._positions.copy(), self._velocities.copy(), self._efforts.copy()
+        )
 
     def _named(self, chosen: NDArray[np.bool_]) -> tuple[str, ...]:
         return tuple(joint for joint, wanted in zip(self.joints, chosen, strict=True) if wanted)

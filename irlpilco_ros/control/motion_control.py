@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irlpilco_ros.control.controller_settings import ControllerSettings
+from irlpilco_ros.control.controller_settings import ControllerSettings, changed_guards
 from irlpilco_ros.control.joint_state_tracker import (
     RESTART,
     JointReading,
@@ -19,13 +19,22 @@ from irlpilco_ros.control.joint_state_tracker import (
 )
 from irlpilco_ros.control.liveness import Liveness
 from irlpilco_ros.control.motions import Command, Motion, MotionStoppedError
-from irlpilco_ros.control.safety import check_command, check_positions, check_reading
+from irlpilco_ros.control.safety import (
+    check_command,
+    check_efforts,
+    check_positions,
+    check_reading,
+)
+from irlpilco_ros.control.stall_guard import StallGuard
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import IrlPilcoError
 
 _OWN_HOLD_UP = 0.03
 """A gap between two looks of the watch that shows that this very process was held up [s]."""
+
+
+_SPREADS = 5.0  # standard deviations of a start that is known to vary
 
 
 class MotionRefusedError(IrlPilcoError):
@@ -44,26 +53,61 @@ class MotionControl:
     """Runs one motion at a time and stops it for good reason.
 
     Attributes:
-        settings: May be replaced at any time.
-        enabled: Whether motions may start.
+        settings: What is in force; `change` changes it.
     """
 
     def __init__(self, robot: RobotSettings, settings: ControllerSettings) -> None:
         """Control this robot; nothing moves yet."""
         self.robot = robot
         self.settings = settings
-        self.enabled = True
         self._tracker = JointStateTracker(robot.joints)
         self._motion: Motion | None = None
+        self._last: Command | None = None
         self._finish: Callable[[Outcome], None] | None = None
         self._liveness = Liveness(self._tracker)
         self._answered: int | None = None
         self._watched = 0.0
+        self._stall_guard = StallGuard(robot.roles.commanded)
+
+    @property
+    def last(self) -> Command | None:
+        """The motion's last command, or None before there is one."""
+        return self._last
 
     @property
     def motion(self) -> Motion | None:
         """What is going on, or None when idle."""
         return self._motion
+
+    def change(self, settings: ControllerSettings) -> Command | None:
+        """Take other settings; return a zero command if that stops the robot.
+
+        A motion ends when what guards it changes, and when the controller is disabled.
+        """
+        before, self.settings = self.settings, settings
+        if before.enabled and not settings.enabled:
+            return self.stop("the controller was disabled") or self.zero()
+        changes = changed_guards(before, settings)
+        return self.stop(f"what guards it was changed under way: {changes}") if changes else None
+
+    def check_start(self) -> None:
+        """Check that a trial would begin where the policy starts, as far as that is known.
+
+        Raises:
+            MotionRefusedError: names the joint that is farthest from there, and how far.
+        """
+        start, reading = self.settings.start_position, self._tracker.reading()
+        if not start or reading is None:
+            return
+        distance = reading.positions - np.array(start)
+        joint = int(np.abs(distance).argmax())
+        tolerance = self.settings.trial_start_tolerance + _SPREADS * self.robot.start_spread
+        if abs(distance[joint]) > tolerance:
+            raise MotionRefusedError(
+                f"joint {self.robot.joints[joint]} is {abs(distance[joint]):.4f} rad from the "
+                f"policy's start, {start[joint]:g} rad; expected at most {tolerance:g} rad "
+                "(trial_start_tolerance): call controller/move_to_start first"
+            )
 
     def start(self, motion: Motion, now: float, finish: Callable[[Outcome], None]) -> None:
         """Begin a motion.
@@ -77,10 +121,11 @@ class MotionControl:
             MotionRefusedError: disabled, busy, or the joint states are missing, old or not finite.
         """
         self._check_ready(now)
-        self._motion, self._finish = motion, finish
+        self._motion, self._finish, self._last = motion, finish, None
         stamp = self._tracker.stamp
         assert stamp is not None  # it is ready
         self._liveness.note_command(now, stamp)
+        self._stall_guard = StallGuard(self.robot.roles.commanded)
 
     def note_clock(self, time: int) -> None:
         """Take in a simulator's /clock [ns]: how it says that its time stands still."""
@@ -111,9 +156,11 @@ class MotionControl:
             self._check_presence(reading.stamp, now)
             command = self._motion.command(reading)
             check_command(self.robot, self.settings.position_margin, reading, command.values)
+            self._check_stall(reading, command)
         except MotionStoppedError as error:
             return self.stop(str(error))
         self._liveness.note_command(now, reading.stamp)
+        self._last = None if command.done else command
         if command.done:
             self._end(Outcome(True, self._motion.summary()))
         return command
@@ -151,7 +198,7 @@ class MotionControl:
         )
 
     def _check_ready(self, now: float) -> None:
-        if not self.enabled:
+        if not self.settings.enabled:
             raise MotionRefusedError("the controller is disabled; enable it with controller/enable")
         if self._motion is not None:
             raise MotionRefusedError(
@@ -175,6 +222,7 @@ class MotionControl:
             )
         check_reading(self.robot, reading)
         check_positions(self.robot, self.settings.position_margin, reading)
+        check_efforts(self.robot, reading)
 
     def _check_presence(self, stamp: int, now: float) -> None:
         gap, timeout = self._liveness.without_command(now, stamp), self.settings.command_timeout
@@ -183,6 +231,16 @@ class MotionControl:
                 f"no command went out for {gap:.3f} s, and after command_timeout = {timeout:g} s "
                 "the robot halts by itself: was the controller, or its computer, held up?"
             )
+
+    def _check_stall(self, reading: JointReading, command: Command) -> None:
+        assert self._motion is not None  # it has just decided
+        if self.robot.command_interface != "velocity":
+            return  # an effort that holds is no speed
+        if self.settings.position_margin < 0.0 and self._motion.may_push:
+            return
+        positions = reading.positions[self.robot.roles.commanded_columns]
+        timeout = self.settings.stall_timeout
+        self._stall_guard.check(reading.stamp, positions, command.values, timeout)
 
     def _end(self, outcome: Outcome) -> None:
         finish = self._finish

@@ -45,6 +45,10 @@ class Motion(Protocol):
     def name(self) -> str:
         """What the robot is doing, for people: "trial"."""
 
+    @property
+    def may_push(self) -> bool:
+        """Whether, in simulation, it may push against what stops the robot."""
+
     def command(self, reading: JointReading) -> Command:
         """Return what to send on this state.
 
@@ -72,6 +76,7 @@ class Trial:
     """
 
     name = "trial"
+    may_push = True
 
     def __init__(self, policy: ActingPolicy, horizon: int, period: float) -> None:
         """Run this policy for `horizon` ticks of `period` [s]."""
@@ -131,6 +136,7 @@ class Approach:
     """
 
     name = "move to start"
+    may_push = False
 
     def __init__(
         self,

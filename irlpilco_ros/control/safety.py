@@ -17,6 +17,9 @@ Vector = NDArray[np.float64]
 REACTION_TIME = 0.1
 """How far ahead a joint's way to its limit is looked at [s]: about what a servo takes to brake."""
 
+UNLIKELY_SPEED = 20.0
+"""No joint of an arm is as fast as this [rad/s]."""
+
 _ROUNDING = 1e-9
 
 
@@ -49,6 +52,22 @@ def check_positions(robot: RobotSettings, margin: float, reading: JointReading) 
         raise MotionStoppedError(
             f"joint {robot.joints[joint]} is at {reading.positions[joint]:.4f} rad, beyond its "
             f"{side} limit {limit[joint]:g} rad; move it back by hand, and look why it went there"
+        )
+
+
+def check_efforts(robot: RobotSettings, reading: JointReading) -> None:
+    """Check the efforts of a robot that is commanded by velocities, where they are told.
+
+    Raises:
+        MotionStoppedError: an effort is beyond the joint's `effort_limit`; names both.
+    """
+    if robot.command_interface != "velocity" or not robot.effort_limit or not reading.efforts.size:
+        return
+    limit = np.array(robot.effort_limit) * (1.0 + _ROUNDING)
+    for joint in np.flatnonzero(np.abs(reading.efforts) > limit):
+        raise MotionStoppedError(
+            f"effort of joint {robot.joints[joint]} is {reading.efforts[joint]:.2f} Nm; its effort "
+            f"limit is {robot.effort_limit[joint]:g} Nm: is something in its way?"
         )
 
 
@@ -143,6 +162,23 @@ def _middle(robot: RobotSettings) -> Vector:
 
 def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) or "no joint"
+
+
+def unlikely_limits(robot: RobotSettings, limits: Vector) -> str:
+    """Say which velocity limits (F,) [rad/s] are beyond what a joint does; empty if none is."""
+    if robot.command_interface != "velocity":
+        return ""
+    unlikely = [
+        f"{joint} {limit:g}"
+        for joint, limit in zip(robot.roles.commanded, limits, strict=True)
+        if limit > UNLIKELY_SPEED
+    ]
+    if not unlikely:
+        return ""
+    return (
+        f"velocity limits of more than {UNLIKELY_SPEED:g} rad/s guard nothing: "
+        f"{', '.join(unlikely)} rad/s; expected what the joint's data sheet allows"
+    )
 
 
 def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -> None:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, schema
 
 CUSTOM_RECORD = "irlpilco_ros"
 """Name of the MCAP metadata record with what the recorder knew from the start."""
+
+FULL_RATE = "/full_rate"
+"""What the name of a topic ends with in a bag that holds all its messages, not samples alone."""
 
 JOINTS = "joints"
 """Key of the recorded joints in a bag's custom data."""
@@ -59,6 +62,16 @@ class BagTopic:
     encoding: str = field(default="cdr", repr=False)
     qos_profiles: tuple[Mapping[str, Any], ...] = field(default=(), compare=False, repr=False)
     qos_text: str = field(default="", compare=False, repr=False)
+
+    @property
+    def at_full_rate(self) -> Self:
+        """The topic that holds all messages of this one, beside its samples."""
+        return replace(self, name=self.name + FULL_RATE)
+
+    @property
+    def is_full_rate(self) -> bool:
+        """Whether it holds all messages of another topic."""
+        return self.name.endswith(FULL_RATE)
 
     @classmethod
     def joint_state(cls, name: str, qos_profiles: Sequence[Mapping[str, Any]] = ()) -> Self:

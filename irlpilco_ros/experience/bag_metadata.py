@@ -116,7 +116,19 @@ def bag_information(
 
 def metadata_text(information: Mapping[str, Any]) -> str:
     """Return metadata.yaml with this rosbag2_bagfile_information."""
-    text: str = yaml.safe_dump({_HEAD: dict(information)}, sort_keys=False)
+    return plain_yaml({_HEAD: dict(information)})
+
+
+class _PlainDumper(yaml.SafeDumper):  # type: ignore[misc]
+    """Writes out what stands in several places, where others write an alias."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def plain_yaml(value: Any) -> str:
+    """Return a value as YAML without aliases, which not every reader takes."""
+    text: str = yaml.dump(value, Dumper=_PlainDumper, sort_keys=False)
     return text
 
 

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from irlpilco_ros.experience.bag_files import storage_files
 from irlpilco_ros.experience.bag_joint_states import JointStateColumns
-from irlpilco_ros.experience.bag_message import BagMessage, BagTopic, recorded_joints
+from irlpilco_ros.experience.bag_message import FULL_RATE, BagMessage, BagTopic, recorded_joints
 from irlpilco_ros.experience.bag_metadata import Metadata, read_metadata
 from irlpilco_ros.experience.bag_storage import StorageScan
-from irlpilco_ros.experience.bag_trajectory import Topics, build_trajectory
+from irlpilco_ros.experience.bag_trajectory import COMMANDS, Topics, build_trajectory
 from irlpilco_ros.experience.errors import BagError, UnreadableBagError
 from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, decode, decode_ros1
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -63,7 +63,25 @@ class Recording:
         return sum(self.counts.values())
 
     def trajectory(self, topic: str = "", joints: Sequence[str] = ()) -> Trajectory:
-        """Return the trajectory in it; arguments and errors as `read_bag`."""
+        """Return the samples in it; arguments and errors as `read_bag`."""
+        samples = {
+            name: each for name, each in self.joint_states.items() if not name.endswith(FULL_RATE)
+        }
+        return self._trajectory(samples, topic, joints)
+
+    def path_taken(self, topic: str = "", joints: Sequence[str] = ()) -> Trajectory:
+        """Return all that is known of the motion; arguments and errors as `read_path`."""
+        told = self.joint_states
+        best = {
+            name: each if name.endswith(COMMANDS) else told.get(name + FULL_RATE, each)
+            for name, each in told.items()
+            if not name.endswith(FULL_RATE)
+        }
+        return self._trajectory(best, topic, joints)
+
+    def _trajectory(
+        self, columns: Mapping[str, JointStateColumns], topic: str, joints: Sequence[str]
+    ) -> Trajectory:
         if self.damage:
             raise UnreadableBagError(
                 f"{'; '.join(self.damage)}: what it shows is not what was recorded. irlpilco "
@@ -76,15 +94,16 @@ class Recording:
             for each in self.counts
             if each.message_type != JOINT_STATE
         )
-        topics = Topics(self.path, self.joint_states, recorded_joints(self.custom), others)
+        topics = Topics(self.path, columns, recorded_joints(self.custom), others)
         return build_trajectory(topics, topic, joints)
 
 
-def read_recording(path: Path) -> Recording:
+def read_recording(path: Path, full_rate: bool = False) -> Recording:
     """Return everything that can be read of a bag, which may be torn.
 
     Args:
         path: The bag's folder or its only file.
+        full_rate: Whether messages of which there are samples, too, are read and not only counted.
 
     Raises:
         BagError: there is no bag, or it is none that can be read.
@@ -94,6 +113,8 @@ def read_recording(path: Path) -> Recording:
     place = 0
     for scan in bag.scans:
         for message in scan.messages():
+            if message.topic.is_full_rate and not full_rate:
+                continue
             _take(columns.setdefault(message.topic.name, JointStateColumns()), place, message)
             place += 1
     counts: Counter[BagTopic] = Counter()
@@ -168,6 +189,22 @@ def read_bag(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Traject
             trajectory.
     """
     return read_recording(path).trajectory(topic, joints)
+
+
+def read_path(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Trajectory:
+    """Return the motion in a bag at the rate at which the robot told of it.
+
+    The samples are among it, with their commands. A bag that holds nothing but samples gives these.
+
+    Args:
+        path: The bag's folder or its only file.
+        topic: As in `read_bag`.
+        joints: As in `read_bag`.
+
+    Raises:
+        BagError: as `read_bag`.
+    """
+    return read_recording(path, full_rate=True).path_taken(topic, joints)
 
 
 def read_messages(path: Path) -> Iterator[BagMessage]:

@@ -16,9 +16,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO, Self
 
-import yaml
-from mcap.writer import CompressionType, Writer
-
 from irlpilco_ros.experience.bag_files import (
     METADATA,
     make_hidden_folder,
@@ -26,9 +23,15 @@ from irlpilco_ros.experience.bag_files import (
     publish,
 )
 from irlpilco_ros.experience.bag_message import CUSTOM_RECORD, BagMessage, BagTopic
-from irlpilco_ros.experience.bag_metadata import FileContent, bag_information, metadata_text
+from irlpilco_ros.experience.bag_metadata import (
+    FileContent,
+    bag_information,
+    metadata_text,
+    plain_yaml,
+)
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import BagError, FileError
+from irlpilco_ros.experience.mcap_file import ChunkMessage, McapFile
 from irlpilco_ros.experience.private_folder import make_private
 
 _GONE = "what was recorded is where the bag was moved to, if it was not deleted"
@@ -81,10 +84,8 @@ class DurableBagWriter:
         self._channels: dict[BagTopic, int] = {}
         self._schemas: dict[str, int] = {}
         self._counts: Counter[BagTopic] = Counter()
-        self._first = self._last = 0
         self._closed = False
         self._stream: BinaryIO | None = None
-        self._writer: Any = None
 
     @property
     def path(self) -> Path:
@@ -107,32 +108,25 @@ class DurableBagWriter:
         """Number of messages on disk."""
         return self._counts.total()
 
-    def append(self, message: BagMessage) -> None:
-        """Add a message; it is on disk when this returns.
+    def append(self, *messages: BagMessage) -> None:
+        """Add messages that belong together; they are on disk when this returns.
 
         Raises:
-            BagError: it could not be written, for example because the disk is full. What was
+            BagError: they could not be written, for example because the disk is full. What was
                 written before stays; the bag takes no more messages.
         """
         if self._closed:
             raise BagError(f"the bag {self._path or self._parent} is closed")
-        topic = message.topic
         try:
             if self._stream is None:
                 self._begin()
-            if topic not in self._channels:
-                self._channels[topic] = self._register(topic)
-            self._writer.add_message(
-                self._channels[topic], message.log_time, message.data, message.publish_time
-            )
+            self._mcap.add_messages([self._entry(message) for message in messages])
             self._sync()
             self._publish()
         except OSError as error:
             self._abandon()
             raise BagError(self._complaint(error)) from error
-        times = [message.log_time] if not self._counts else [self._first, message.log_time]
-        self._first, self._last = min(times), max(self._last, message.log_time)
-        self._counts[topic] += 1
+        self._counts.update(message.topic for message in messages)
 
     def look(self) -> None:
         """Look whether the bag is still there.
@@ -161,9 +155,9 @@ class DurableBagWriter:
                 self._begin()
             self._publish()
             information = self._information()
-            text = yaml.safe_dump(information, sort_keys=False)
-            self._writer.add_metadata("rosbag2", {"serialized_metadata": text})
-            self._writer.finish()
+            text = plain_yaml(information)
+            self._mcap.add_metadata("rosbag2", {"serialized_metadata": text})
+            self._mcap.finish()
             self._sync()
             self._abandon()
             write_atomically(self.path / METADATA, metadata_text(information).encode())
@@ -192,16 +186,10 @@ class DurableBagWriter:
         if self._folder is None:
             make_private(self._parent)
         self._hidden = make_hidden_folder(self._parent)
-        # Buffered, and flushed by hand: unbuffered files of mcap's writer end up torn.
+        # Buffered, and flushed by hand: an unbuffered file may write a part of what it is given.
         self._stream = (self._hidden / "_0.mcap").open("xb")
-        self._writer = Writer(
-            self._stream,
-            chunk_size=1,  # one message is one chunk: a chunk is what a torn file loses
-            compression=CompressionType.NONE,
-            enable_data_crcs=True,
-        )
-        self._writer.start(profile="ros2", library="irlpilco_ros")
-        self._writer.add_metadata(CUSTOM_RECORD, self._custom)
+        self._mcap = McapFile(self._stream, profile="ros2", library="irlpilco_ros")
+        self._mcap.add_metadata(CUSTOM_RECORD, self._custom)
         self._sync()
 
     def _publish(self) -> None:
@@ -258,21 +246,26 @@ class DurableBagWriter:
             f"{kept}"
         )
 
+    def _entry(self, message: BagMessage) -> ChunkMessage:
+        topic = message.topic
+        if topic not in self._channels:
+            self._channels[topic] = self._register(topic)
+        return ChunkMessage(
+            self._channels[topic], message.log_time, message.publish_time, message.data
+        )
+
     def _register(self, topic: BagTopic) -> int:
         if topic.message_type not in self._schemas:
-            self._schemas[topic.message_type] = self._writer.register_schema(
-                topic.message_type, "ros2msg", topic.definition.encode()
+            self._schemas[topic.message_type] = self._mcap.add_schema(
+                topic.message_type, topic.definition.encode()
             )
-        profiles = yaml.safe_dump([dict(profile) for profile in topic.qos_profiles])
+        profiles = plain_yaml([dict(profile) for profile in topic.qos_profiles])
         metadata = {"offered_qos_profiles": profiles, "topic_type_hash": topic.type_hash}
-        channel: int = self._writer.register_channel(
-            topic.name, "cdr", self._schemas[topic.message_type], metadata
-        )
-        return channel
+        return self._mcap.add_channel(topic.name, self._schemas[topic.message_type], metadata)
 
     def _information(self) -> dict[str, Any]:
         counts = {topic: self._counts[topic] for topic in self._channels}
-        file = FileContent(f"{self.path.name}_0.mcap", counts, self._first, self._last)
+        file = FileContent(self._file.name, counts, self._mcap.first, self._mcap.last)
         return bag_information([file], self._custom)
 
 

@@ -93,6 +93,7 @@ class JointMerger:
         velocities: The same, (J,) [rad/s].
         silences: Times in which joints were not told of, but then were again.
         unusable: Joint -> why what was last told of it cannot be used.
+        accepted: Number of messages that held something new of wanted joints.
     """
 
     def __init__(self, joints: Sequence[str], patience: int) -> None:
@@ -117,7 +118,7 @@ class JointMerger:
         self._fresh = np.zeros(count, bool)
         self._parts: list[Received | None] = [None] * count
         self._arrivals = np.zeros(count, np.int64)
-        self._count = 0
+        self.accepted = 0
         self._frozen = 0
 
     @property
@@ -229,8 +230,8 @@ class JointMerger:
         self._periods[told] = known + 0.2 * (np.minimum(intervals, 4.0 * known) - known)
 
     def _moment(self, state: Received, told: NDArray[np.intp]) -> Moment | None:
-        self._count += 1
-        self._arrivals[told] = self._count
+        self.accepted += 1
+        self._arrivals[told] = self.accepted
         for joint in told:
             self._parts[joint] = state
         self._fresh[told] = True

@@ -17,6 +17,8 @@ from irlpilco_ros.experience.sampling import Sample, Sampler
 TopicSource = Callable[[], BagTopic]
 """Tells about a topic; asked once, when its first message is to be written."""
 
+_LARGEST_PENDING = 1 << 20  # [bytes]
+
 
 class LiveRecording:
     """One recording into one bag, which is made when the first sample has come.
@@ -34,6 +36,7 @@ class LiveRecording:
         state_topic: TopicSource,
         command_topic: TopicSource,
         continuous: Sequence[str] = (),
+        full_rate: bool = True,
     ) -> None:
         """Wait for the first sample.
 
@@ -44,6 +47,7 @@ class LiveRecording:
             state_topic: Topic of the joint states.
             command_topic: Topic of the commands.
             continuous: Those of the joints that turn without end.
+            full_rate: Whether all joint states and commands are kept beside the samples.
         """
         self.path: Path | None = None
         self.failure = ""
@@ -55,8 +59,13 @@ class LiveRecording:
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)
         self._command_topic = cache(command_topic)
+        self._all_states = cache(lambda: self._state_topic().at_full_rate)
+        self._all_commands = cache(lambda: self._command_topic().at_full_rate)
         self._moving = False
         self._first = 0
+        self._full_rate = full_rate
+        self._pending: list[BagMessage] = []
+        self._pending_size = 0  # [bytes]
 
     @property
     def samples(self) -> int:
@@ -79,11 +88,11 @@ class LiveRecording:
 
     def take_command(self, command: Received) -> None:
         """Take in a command; what makes a sample is on disk when this returns."""
-        self._take(lambda: self._sampler.take_command(command))
+        self._take(lambda: self._decisions_of(command))
 
-    def look(self) -> None:
-        """Look whether the bag is still there."""
-        self._take(self._still_there)
+    def flush(self) -> None:
+        """Bring to disk what is no sample, and look whether the bag is still there."""
+        self._take(self._flush)
 
     def close(self) -> None:
         """End the recording; the bag is whole then, unless `failure` says otherwise."""
@@ -92,6 +101,7 @@ class LiveRecording:
         try:
             if not self.failure:
                 self._write(self._sampler.drain())
+                self._flush()
             self._writer.close()
         except BagError as error:
             self.failure = self.failure or str(error)
@@ -128,47 +138,70 @@ class LiveRecording:
         return "no message, and no messages close to each other, told all joints"
 
     def _samples_of(self, state: Received) -> list[Sample]:
+        known = self._merger.accepted
         moment = self._merger.take(state)
+        if self.samples and self._merger.accepted > known:
+            self._keep(self._all_states(), state)
         if moment is None:
             return []
         if moment.whole:
             self._tally.trace(moment.stamp, self._merger.positions)
         return self._sampler.take_state(moment)
 
-    def _still_there(self) -> list[Sample]:
-        if self._writer is not None:
-            self._writer.look()
-        return []
+    def _decisions_of(self, command: Received) -> list[Sample]:
+        if self.samples:
+            self._keep(self._all_commands(), command)
+        return self._sampler.take_command(command)
 
     def _take(self, sample: Callable[[], list[Sample]]) -> None:
         if self.failure:
             return
         try:
             self._write(sample())
+            if self._pending_size > _LARGEST_PENDING:
+                self._flush()
         except BagError as error:
             self.failure = str(error)
             self.close()
 
+    def _flush(self) -> list[Sample]:
+        if self._writer is not None:
+            self._writer.look()
+            if self._pending:
+                self._append([])
+        return []
+
+    def _keep(self, topic: BagTopic, message: Received) -> None:
+        """Keep a message at full rate, to be written with the next sample or flush."""
+        if self._full_rate:
+            self._pending.append(_entry(topic, message, message.received))
+            self._pending_size += len(message.data)
+
     def _write(self, samples: list[Sample]) -> None:
         for sample in samples:
-            if self._writer is None:
-                custom = joints_entry(self._joints)
-                self._writer = DurableBagWriter.numbered(self._directory, custom)
-            for state in sample.states:
-                # One log time marks the messages of one sample, should there be several.
-                self._append(self._state_topic(), state, sample.states[-1].received)
-            if sample.command is not None:
-                received = sample.command.received
-                self._append(self._command_topic(), sample.command, received)
-                self._moving = any(decode(sample.command.data).command)
-                self._tally.decide(sample.command.stamp)
-            if sample.states:
-                self._first = self._first or sample.states[-1].stamp
-                self._tally.observe(sample.states[-1].stamp)
+            states, topic = sample.states, self._state_topic()
+            if states and not self.samples:
+                self._first = states[-1].stamp
+                for state in states:
+                    self._keep(self._all_states(), state)
+            # One log time marks the messages of one sample, should there be several.
+            messages = [_entry(topic, state, states[-1].received) for state in states]
+            if (command := sample.command) is not None:
+                messages.append(_entry(self._command_topic(), command, command.received))
+            self._append(messages)
+            if command is not None:
+                self._moving = any(decode(command.data).command)
+                self._tally.decide(command.stamp)
+            if states:
+                self._tally.observe(states[-1].stamp)
 
-    def _append(self, topic: BagTopic, message: Received, log_time: int) -> None:
-        assert self._writer is not None
-        self._writer.append(BagMessage(topic, message.data, log_time, message.sent))
+    def _append(self, messages: list[BagMessage]) -> None:
+        """Write what was kept at full rate, then messages; all of it is on disk then."""
+        if self._writer is None:
+            custom = joints_entry(self._joints)
+            self._writer = DurableBagWriter.numbered(self._directory, custom)
+        pending, self._pending, self._pending_size = self._pending, [], 0
+        self._writer.append(*pending, *messages)
         self.path = self._writer.path
 
     def _told(self, silences: Sequence[Silence]) -> str:
@@ -185,3 +218,7 @@ class LiveRecording:
             return f"{joints} fell silent{why} after {begin:.1f} s of {newest:.1f} s"
         end = (silence.end - self._first) / NANOSECONDS
         return f"{joints} silent from {begin:.1f} s to {end:.1f} s"
+
+
+def _entry(topic: BagTopic, message: Received, log_time: int) -> BagMessage:
+    return BagMessage(topic, message.data, log_time, message.sent)

@@ -19,12 +19,19 @@ class RecorderSettings:
             `output_directory` that is named.
     """
 
-    joints: tuple[str, ...] = setting((), "Names of the joints to record.")
+    joints: tuple[str, ...] = setting(
+        (), "Names of the joints to record; nothing is recorded while one of them is missing."
+    )
     continuous_joints: tuple[str, ...] = setting(
         (), "Those of `joints` that turn without end: a wrap of their angle is no motion."
     )
     control_period: float = setting(
-        0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
+        0.5,
+        "Time between two decisions of the policy that is to learn from it: how often samples are "
+        "taken unless sample_rate is set.",
+        unit="s",
+        minimum=0.01,
+        maximum=10.0,
     )
     sample_rate: float = setting(
         0.0,
@@ -34,7 +41,16 @@ class RecorderSettings:
         minimum=0.0,
         maximum=1000.0,
     )
-    output_directory: str = setting("recordings", "Folder that gets the bags, 000, 001, ...")
+    full_rate: bool = setting(
+        True,
+        "Whether all joint states and commands are kept, too, on topics of their own "
+        "(joint_states/full_rate) beside the samples.",
+    )
+    output_directory: str = setting(
+        "recordings",
+        "Folder that gets the bags, 000, 001, ...; a relative path begins where the node was "
+        "started. Counts from the next `start` on.",
+    )
 
     def __post_init__(self) -> None:
         check(self)

@@ -18,6 +18,9 @@ from irlpilco_ros.learning.features import REGISTRY, Features
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
+FAST = 20.0
+"""Speed above which a limit is doubted [rad/s]."""
+
 
 @dataclass(frozen=True)
 class RobotSettings:
@@ -31,10 +34,14 @@ class RobotSettings:
     """
 
     joints: tuple[str, ...] = setting(
-        (), "Names of the joints that are learned, in the order of the state."
+        (),
+        "Names of the joints that are learned, as in joint_states; the order of all lists with a "
+        "value for each joint. Other joints are neither looked at nor moved.",
     )
     unactuated_joints: tuple[str, ...] = setting(
-        (), "Those of `joints` that nobody commands, such as a pole that swings freely."
+        (),
+        "Those of `joints` that nobody commands, such as a pole that swings freely: policies see "
+        "them, and joint_command leaves them out.",
     )
     continuous_joints: tuple[str, ...] = setting(
         (),
@@ -42,28 +49,45 @@ class RobotSettings:
         "cosine of their angle.",
     )
     position_lower: tuple[float, ...] = setting(
-        (), "Lower position limit of each joint; [m] if it slides.", unit="rad"
+        (),
+        "Lowest position of each joint, from its data sheet; [m] if it slides. A motion stops "
+        "before it (position_margin) and beyond it; demonstrations and starts beyond are refused.",
+        unit="rad",
     )
     position_upper: tuple[float, ...] = setting(
-        (), "Upper position limit of each joint; [m] if it slides.", unit="rad"
+        (), "Highest position of each joint, likewise; [m] if it slides.", unit="rad"
     )
     velocity_limit: tuple[float, ...] = setting(
-        (), "Largest speed of each joint; larger commands are refused.", unit="rad/s", minimum=0.0
+        (),
+        "Largest speed of each joint, from its data sheet; [m/s] if it slides. Policies are "
+        "learned within it (see velocity_limit_factor), a policy that may exceed it is refused, "
+        "a larger command stops the robot. 0 holds a joint still.",
+        unit="rad/s",
+        minimum=0.0,
+        maximum=10_000.0,
     )
     effort_limit: tuple[float, ...] = setting(
         (),
-        "Largest effort of each joint, [N] if it slides; needed only if command_interface is "
-        "'effort'.",
+        "Largest effort of each joint, [N] if it slides: bounds policies and commands as "
+        "velocity_limit does, if command_interface is 'effort'; else a larger one that the joint "
+        "states tell stops the robot, and empty is no limit.",
         unit="Nm",
         minimum=0.0,
+        maximum=100_000.0,
     )
     command_interface: str = setting(
         "velocity",
-        "What joint_command carries: joint velocities or joint efforts.",
+        "What policies decide and joint_command carries: joint velocities or joint efforts. With "
+        "efforts, learn with prior_mean: zero.",
         choices=("velocity", "effort"),
     )
     control_period: float = setting(
-        0.5, "Time between two decisions of the policy.", unit="s", minimum=0.01, maximum=10.0
+        0.5,
+        "Time between two decisions of the policy. Shorter follows faster motions, and takes more "
+        "decisions (horizon) and longer to learn.",
+        unit="s",
+        minimum=0.01,
+        maximum=10.0,
     )
     horizon: int = setting(16, "Number of decisions in a trial.", minimum=1, maximum=10_000)
     features: str = setting(
@@ -79,7 +103,8 @@ class RobotSettings:
     )
     start_spread: float = setting(
         0.0,
-        "Standard deviation of each state at the start of a trial, where it is known to vary.",
+        "Least standard deviation of each state (positions and velocities) at the start of a trial "
+        "that policies are learned for; 0: that of the trials so far.",
         minimum=0.0,
         maximum=10.0,
     )
@@ -106,7 +131,7 @@ class RobotSettings:
                 "config/baxter.yaml (--ros-args --params-file config/baxter.yaml)"
             )
         names = ["position_lower", "position_upper", "velocity_limit"]
-        if self.command_interface == "effort":
+        if self.command_interface == "effort" or self.effort_limit:
             names.append("effort_limit")
         for name in names:
             length = len(getattr(self, name))
@@ -130,6 +155,18 @@ class RobotSettings:
     def roles(self) -> Joints:
         """The joints, and which of them are commanded or turn without end."""
         return Joints(self.joints, self.unactuated_joints, self.continuous_joints)
+
+    def doubts(self) -> tuple[str, ...]:
+        """Return a sentence for each limit that is allowed, but bounds nothing."""
+        if self.command_interface == "effort":
+            return ()
+        fast = np.flatnonzero(self.control_limit > FAST)
+        return tuple(
+            f"velocity_limit of joint {self.roles.commanded[joint]} is "
+            f"{self.control_limit[joint]:g} rad/s, more than the {FAST:g} rad/s of the fastest "
+            "arms; nothing else bounds how fast a policy may move it: is that meant?"
+            for joint in fast
+        )
 
     @cached_property
     def lower(self) -> NDArray[np.float64]:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from irlpilco_ros.experience.errors import BagError
-from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.joints import Joints, PolicyOf
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
 
@@ -79,8 +80,12 @@ def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
     """Whether a rollout's controls are those of the policy on the rollout's states."""
     if not rollout.commanded or len(policy.control_limit) != rollout.controls.shape[1]:
         return False
+    try:
+        acting = PolicyOf(joints, policy)
+    except InvalidSettingError:  # a policy for other joints
+        return False
     return all(
-        np.abs(joints.act(policy, state, step) - control).max() <= SAME_COMMAND
+        np.abs(acting.act(state, step) - control).max() <= SAME_COMMAND
         for step, (state, control) in enumerate(
             zip(rollout.states[:-1], rollout.controls, strict=True)
         )

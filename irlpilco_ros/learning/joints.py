@@ -6,13 +6,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
+import numpy as np
+
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.state_layout import StateLayout
 
 
-class Acting(Protocol):
+class SizedPolicy(Protocol):
     """A policy, as far as a robot's joints need it."""
+
+    @property
+    def state_size(self) -> int:
+        """How many numbers of the state it sees."""
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for what a policy sees of the state, at a step of the trial."""
@@ -79,23 +85,43 @@ class Joints:
         """How many numbers of the state a policy sees."""
         return len(self.layout.policy_inputs or ())
 
-    def act(self, policy: Acting, state: Array, step: int) -> Array:
-        """Return the control (F,) of a policy for the whole state (2J,)."""
-        return policy.act(self.layout.policy_view(state), step)
 
-
-@dataclass(frozen=True)
 class PolicyOf:
-    """A policy as the robot runs it: from the whole state of its joints.
+    """A policy as the robot runs it in one trial: from what is measured of its joints.
+
+    It remembers the last commands, if the policy's state holds them: have a new one for each trial.
 
     Attributes:
         joints: The robot's joints.
         policy: What the joints are moved by.
     """
 
-    joints: Joints
-    policy: Acting
+    def __init__(self, joints: Joints, policy: SizedPolicy) -> None:
+        """Begin at rest.
+
+        Raises:
+            InvalidSettingError: the policy's state is no whole number of commands larger than that
+                of the joints.
+        """
+        self.joints = joints
+        self.policy = policy
+        controls = len(joints.commanded)
+        history, rest = divmod(policy.state_size - joints.policy_size, controls)
+        if rest or history < 0:
+            raise InvalidSettingError(
+                f"the policy sees {policy.state_size} numbers; the joints have {joints.policy_size}"
+                f", and each remembered command {controls} more"
+            )
+        self._layout = joints.layout.remembering(controls, history)
+        self._remembered = np.zeros(history * controls)
+
+    def view(self, state: Array) -> Array:
+        """Return what the policy sees, for the measured state [q, q_dot] (2J,)."""
+        return self._layout.policy_view(np.concatenate([state, self._remembered]))
 
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for the state [q, q_dot] (2J,) at a step of the trial."""
-        return self.joints.act(self.policy, state, step)
+        control = self.policy.act(self.view(state), step)
+        if self._remembered.size:
+            self._remembered = np.concatenate([control, self._remembered[: -len(control)]])
+        return control

@@ -14,7 +14,6 @@ from irlpilco_ros.learning import imitation
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
-from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -25,6 +24,7 @@ from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
+from irlpilco_ros.learning.prediction.prior_mean import servo_part, velocity_mean
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
@@ -64,6 +64,7 @@ def learn(
         NumericalError: if no finite prediction can be made.
     """
     _check_trials(task, trials)
+    task = task.remembering(settings.command_history)
     if previous is not None and previous.index == 0:
         previous = None  # it has learned nothing that one could start from
     report = _Reporter(progress, task, settings)
@@ -81,6 +82,7 @@ def learn(
         )
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()
+    measured = task.state_size
     return Iteration(
         index=len(trials),
         policy=found.policy,
@@ -88,8 +90,8 @@ def learn(
         weights=weights,
         margin=margin,
         cost=found.cost,
-        predicted_means=prediction.means,
-        predicted_covariances=prediction.covariances,
+        predicted_means=prediction.means[:, :measured],
+        predicted_covariances=prediction.covariances[:, :measured, :measured],
         evaluations=found.evaluations,
         model_seconds=trained - began,
         policy_seconds=searched - trained,
@@ -127,6 +129,7 @@ def expected_cost(
     weights: Array,
 ) -> Objective:
     """Return what policy search minimises, as a function of the policy."""
+    noise = task.state_layout.policy_noise(task.noise) if settings.sensor_noise else None
     return Objective(
         model=model,
         start=start_state(task, trials),
@@ -134,16 +137,21 @@ def expected_cost(
         layout=task.state_layout,
         cost=_cost(task, settings, settings.imitation, weights),
         approximation=cast(CovarianceApproximation, settings.covariance_approximation),
+        noise=noise,
     )
 
 
 def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
     """Return where trials start: where they did so far, spread as much as they are known to.
 
-    A start that the task knows is taken as it is.
+    A start that the task knows is taken as it is. Nothing has been commanded before.
     """
-    if task.start is not None:
-        return task.start
+    measured = task.start or _measured_start(task, trials)
+    added = task.state_layout.state_size - len(measured.mean)
+    return Gaussian(np.pad(measured.mean, (0, added)), np.pad(measured.covariance, (0, added)))
+
+
+def _measured_start(task: Task, trials: Sequence[Rollout]) -> Gaussian:
     starts = np.stack([trial.states[0] for trial in trials])
     variances = np.maximum(starts.var(axis=0) + task.noise**2, task.start_spread**2)
     return Gaussian(starts.mean(axis=0), np.diag(variances))
@@ -166,17 +174,20 @@ def _train_model(
     previous: Iteration | None,
     report: _Reporter,
 ) -> DynamicsModel:
-    prior = None
-    if settings.prior_mean == "velocity":
-        prior = velocity_prior(task.control_size, task.dt)
+    layout, prior, linear = task.state_layout, None, None
+    if settings.prior_mean != "zero":
+        prior = velocity_mean(layout, task.control_size, task.dt)
+    if settings.prior_mean == "identified":
+        linear = servo_part(layout, task.control_size, task.dt)
     return train_on_trials(
         trials,
-        task.state_layout,
+        layout,
         prior,
         previous.hyperparameters if previous is not None else None,
         settings.threads,
         report.model,
         cast(HyperpriorName, settings.hyperprior),
+        linear,
     )
 
 

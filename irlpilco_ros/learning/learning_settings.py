@@ -34,8 +34,21 @@ class LearningSettings:
     prior_mean: str = setting(
         "velocity",
         "What the dynamics model expects before it has data. velocity: joints move at the "
-        "commanded velocity; zero: nothing moves (thesis; needed for effort control).",
-        choices=("velocity", "zero"),
+        "commanded velocity; identified: nearly so, each joint with gains and a lag of its own "
+        "that the trials tell; zero: nothing moves (thesis; needed for effort control).",
+        choices=("velocity", "identified", "zero"),
+    )
+    command_history: int = setting(
+        0,
+        "How many of its last commands the state of the robot holds beside positions and "
+        "velocities, for a robot that lags: about its delay divided by the control period.",
+        minimum=0,
+        maximum=100,
+    )
+    sensor_noise: bool = setting(
+        True,
+        "Whether predictions count the noise of the measurements that the policy acts on: gains "
+        "stay small, and predicted bands hold what they promise.",
     )
     hyperprior: str = setting(
         "dimension_scaled",
@@ -100,7 +113,8 @@ class LearningSettings:
     )
     discount: float = setting(
         1.0,
-        "How much each step of a trial counts relative to the step before (gamma).",
+        "How much each step of a trial counts relative to the step before (gamma). 1: all alike; "
+        "smaller: the beginning is imitated better than the end.",
         minimum=0.01,
         maximum=1.0,
     )
@@ -126,14 +140,15 @@ class LearningSettings:
     )
     velocity_limit_factor: float = setting(
         3.0,
-        "How many times as fast as in the demonstration a policy may move each joint.",
+        "How many times as fast as in the demonstration a policy may move each joint, within "
+        "velocity_limit. Larger leaves more room to catch up; near 1 a robot that lags cannot.",
         minimum=1.0,
         maximum=100.0,
     )
     velocity_limit_floor: float = setting(
         0.1,
-        "Speed that a policy may use in any case, even of joints that stood still in the "
-        "demonstration.",
+        "Speed that a policy may use in any case within velocity_limit, even of joints that stood "
+        "still in the demonstration.",
         unit="rad/s",
         minimum=0.0,
         maximum=100.0,

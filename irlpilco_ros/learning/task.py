@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -120,8 +121,8 @@ class Task:
 
     @property
     def state_size(self) -> int:
-        """Number of state dimensions D."""
-        return self.state_layout.state_size
+        """Number of dimensions of what is measured of the state."""
+        return self.state_layout.measured_size
 
     @property
     def control_size(self) -> int:
@@ -154,7 +155,12 @@ class Task:
     @property
     def policy_size(self) -> int:
         """Number of entries of the state that the policy sees."""
-        return int(self.state_layout.policy_view(np.zeros(self.state_size)).shape[0])
+        return len(self.state_layout.policy_inputs or ())
+
+    def remembering(self, history: int) -> Task:
+        """Return the task of a robot whose state holds so many of its last commands, too."""
+        layout = self.state_layout.remembering(self.control_size, history)
+        return dataclasses.replace(self, layout=layout)
 
     @property
     def tells_controls(self) -> bool:
@@ -193,6 +199,15 @@ class Task:
         """Return the mean of the demonstrations, shape (H + 1, D)."""
         mean: Array = np.mean([run.states for run in self.demonstrations], axis=0)
         return mean
+
+    def whole_reference_states(self) -> Array:
+        """Return the mean of the demonstrations with remembered commands, shape (H + 1, D).
+
+        They are what the demonstration amounts to.
+        """
+        states, layout = self.reference_states(), self.state_layout
+        controls = self.demonstrated_controls() if layout.history else np.empty((0, 0))
+        return layout.whole_states(states, controls)
 
     def reference_features(self) -> Array:
         """Return phi_E[t], t = 0..H, the mean of the demonstrations' features: (H + 1, k)."""

@@ -9,25 +9,26 @@ import sys
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.duration import Duration
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock as TimeMessage
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Approach, Command, Motion, Trial
-from irlpilco_ros.control.safety import check_start
+from irlpilco_ros.control.safety import check_start, unlikely_limits
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.ros.command_output import CommandOutput
 from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
-from irlpilco_ros.ros.messages import clock_time, joint_command
+from irlpilco_ros.ros.messages import clock_time
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.policy_parameters import PolicyParameters
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
@@ -38,8 +39,6 @@ from irlpilco_ros.ros.suite_node import SuiteNode
 WATCH_PERIOD = 0.01
 """How often silence of the joint states is looked for [s]."""
 
-_LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
-
 
 class Controller(SuiteNode):
     """Answers every new joint state with a command while a motion is going on."""
@@ -48,28 +47,39 @@ class Controller(SuiteNode):
         """Declare parameters, offer services, listen to joint states."""
         super().__init__("controller")
         self._robot = declare_settings(self, RobotSettings)
+        for doubt in self._robot.doubts():
+            self.get_logger().warning(doubt)
         settings = declare_settings(
             self, ControllerSettings, apply=self._apply_settings, check=self._check_settings
         )
         self._control = MotionControl(self._robot, settings)
         self._policy = PolicyParameters(self, self._robot, self._policy_changed)
         self._fault = ""
-        self._sent: tuple[Command, JointState] | None = None
-        self._commands = self.create_publisher(JointState, "joint_command", JOINT_COMMAND)
-        self._velocities = (
-            self.create_publisher(Float64MultiArray, "velocity_controller/commands", JOINT_COMMAND)
-            if settings.velocity_controller_output
-            else None
+        self._stranger = ""
+        self._others = ""
+        self._output = CommandOutput(
+            self,
+            self._robot.roles.commanded,
+            self._robot.command_interface,
+            settings.velocity_controller_output,
+            self._hear_stranger,
         )
+        if settings.guide_topic:
+            self._guides = SafeSubscription(
+                self, JointState, settings.guide_topic, self._hear_guide, JOINT_COMMAND
+            )
         self._health = Health(self)
         self._offer_services()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(1.0, self._tell, clock=steady)
+        if settings.command_rate > 0.0:
+            self.create_timer(1.0 / settings.command_rate, self._repeat, clock=steady)
         self._states = SafeSubscription(
             self, JointState, "joint_states", self._take, JOINT_STATES_SUB
         )
         self._times = SafeSubscription(self, TimeMessage, "/clock", self._take_time, CLOCK)
+        self._warn_of_limits(self._robot.control_limit)
         self._tell()
 
     def wind_down(self) -> None:
@@ -78,9 +88,9 @@ class Controller(SuiteNode):
 
     def shutdown(self) -> None:
         """Send zero velocity as the last message, if anything was ever sent."""
-        if self._sent is not None:
+        if self._output.last is not None:
             self._send(self._control.zero())
-            self._commands.wait_for_all_acked(_LAST_WORD)
+            self._output.finish()
 
     def _offer_services(self) -> None:
         # Motions await their end inside the callback; the others must run meanwhile.
@@ -91,6 +101,7 @@ class Controller(SuiteNode):
         self.create_service(SetBool, "~/enable", self._enable, callback_group=group)
 
     def _take(self, data: bytes, _info: Info) -> None:
+        self._output.listen()  # a trial that somebody else disturbed must not end well
         self._send(self._control.take(decode(data), time.monotonic()))
 
     def _take_time(self, data: bytes, _info: Info) -> None:
@@ -102,25 +113,36 @@ class Controller(SuiteNode):
         self._states.drain()
         self._send(self._control.watch(time.monotonic()))
 
+    def _repeat(self) -> None:
+        if self._control.motion is not None and not self._control.silence(time.monotonic()):
+            self._send(self._control.last)
+
+    def _warn_of_limits(self, limits: NDArray[np.float64]) -> None:
+        warning = unlikely_limits(self._robot, limits)
+        if warning:
+            self.get_logger().warning(warning)
+
     def _send(self, command: Command | None) -> None:
-        if command is None:
-            return
-        if self._sent is None or self._sent[0] is not command:
-            message = joint_command(
-                command.stamp,
-                self._robot.roles.commanded,
-                command.values,
-                self._robot.command_interface,
-            )
-            self._sent = command, message
-        self._commands.publish(self._sent[1])
-        if self._velocities is not None:
-            self._velocities.publish(Float64MultiArray(data=command.values.tolist()))
+        if command is not None:
+            self._output.send(command)
+
+    def _hear_stranger(self, what: str) -> None:
+        self._stranger = what
+        others = self._output.others()
+        self._send(self._control.stop(f"{what}; {others}" if others else what))
+
+    def _hear_guide(self, _data: bytes, _info: Info) -> None:
+        topic = self._control.settings.guide_topic
+        self._hear_stranger(f"somebody guides the robot by hand, on {topic}")
 
     async def _run_trial(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         policy = self._policy.policy
         if policy is None:
             return _refusal(response, "there is no policy; set the parameters policy.* first")
+        try:
+            self._control.check_start()
+        except MotionRefusedError as error:
+            return _refusal(response, str(error))
         robot = self._robot
         trial = Trial(PolicyOf(robot.roles, policy), robot.horizon, robot.control_period)
         return await self._move(trial, response)
@@ -139,7 +161,11 @@ class Controller(SuiteNode):
 
     async def _move(self, motion: Motion, response: Trigger.Response) -> Trigger.Response:
         """Run a motion to its end and answer how it ended."""
+        others = self._output.others()
+        if others:
+            return _refusal(response, others)
         over = Future(executor=self.executor)
+        self._stranger = ""
         try:
             self._control.start(motion, time.monotonic(), over.set_result)
         except MotionRefusedError as error:
@@ -147,6 +173,9 @@ class Controller(SuiteNode):
         self._fault = ""
         self._tell()
         outcome: Outcome = await over
+        self._output.listen()
+        if outcome.succeeded and self._stranger:
+            outcome = Outcome(False, f"{motion.name} does not count: {self._stranger}")
         self._fault = "" if outcome.succeeded else outcome.message
         self._tell()
         if not outcome.succeeded:
@@ -162,15 +191,13 @@ class Controller(SuiteNode):
         return response
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._control.enabled = request.data
-        if not request.data:
-            stopped = self._control.stop("the controller was disabled")
-            self._send(stopped or self._control.zero())
-        self._tell()
+        self.set_parameters([Parameter("enabled", value=bool(request.data))])
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, _: Policy | None) -> None:
+    def _policy_changed(self, policy: Policy | None) -> None:
+        if policy is not None:
+            self._warn_of_limits(policy.control_limit)
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 
@@ -178,19 +205,26 @@ class Controller(SuiteNode):
         check_start(self._robot, settings.start_position, settings.position_margin)
 
     def _apply_settings(self, settings: ControllerSettings) -> None:
-        self._control.settings = settings
+        self._send(self._control.change(settings))
         self._tell()
 
     def _tell(self) -> None:
         """Report the state of the controller on /diagnostics."""
         control, policy = self._control, self._policy.policy
+        before, self._others = self._others, self._output.others()
+        if self._others and self._others != before:
+            self.get_logger().warning(self._others)
         silence = control.silence(time.monotonic())
         if control.motion is not None:
             level, message = OK, f"{control.motion.name} is going on"
         elif self._fault:
             level, message = ERROR, self._fault
-        elif not control.enabled:
+            if self._others and self._others not in message:
+                message += f"; {self._others}"
+        elif not control.settings.enabled:
             level, message = WARN, "disabled"
+        elif self._others:
+            level, message = WARN, self._others
         elif silence:
             level, message = WARN, silence
         elif control.settings.position_margin < 0.0:
@@ -199,7 +233,7 @@ class Controller(SuiteNode):
         else:
             level, message = OK, "idle"
         kind = "none" if policy is None else policy.kind
-        self._health.report(level, message, enabled=control.enabled, policy=kind)
+        self._health.report(level, message, enabled=control.settings.enabled, policy=kind)
 
 
 def _refusal(response: Trigger.Response, reason: str) -> Trigger.Response:

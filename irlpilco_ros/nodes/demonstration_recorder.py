@@ -126,6 +126,7 @@ class DemonstrationRecorder(SuiteNode):
             lambda: joint_state_topic(self, self._states.topic_name),
             lambda: joint_state_topic(self, self._commands.topic_name),
             settings.continuous_joints,
+            settings.full_rate,
         )
         self._watcher = self.create_timer(
             settings.control_period,
@@ -196,9 +197,9 @@ class DemonstrationRecorder(SuiteNode):
         return self._recording is recording
 
     def _watch(self) -> None:
-        """Look after the bag, whether messages come or not."""
+        """Look after the bag once in a control period, whether messages come or not."""
         if self._recording is not None:
-            self._recording.look()
+            self._recording.flush()
             self._tell(self._recording)
 
     def _on_state(self, data: bytes, info: Info) -> None:

@@ -57,7 +57,9 @@ class RunSettings:
     """Where the learner works."""
 
     run_directory: str = setting(
-        "runs/sweep", "Folder that holds all of this run; learning goes on there.", read_only=True
+        "runs/sweep",
+        "Folder that holds all of this run: a run that is there goes on, else one begins.",
+        read_only=True,
     )
     demonstration: str = setting(
         "",
@@ -86,6 +88,8 @@ class Learner(SuiteNode):
         """
         super().__init__("learner")
         self._robot = declare_settings(self, RobotSettings)
+        for doubt in self._robot.doubts():
+            self.get_logger().warning(doubt)
         self._settings = declare_settings(self, LearningSettings)
         self._where = declare_settings(self, RunSettings, apply=self._move)
         self._run: Apprenticeship | None = None

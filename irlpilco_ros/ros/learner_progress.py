@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from irlpilco_ros.learning.errors import IrlPilcoError
+
+
+class MalformedProgressError(IrlPilcoError, ValueError):
+    """A message on `learner/progress` is none of a learner's."""
+
 
 STATUS_NAME = "learner: progress"
 """Name of the one status in the message."""
@@ -45,18 +53,20 @@ class LearnerProgress:
 
     @staticmethod
     def from_message(message: DiagnosticArray) -> LearnerProgress | None:
-        """Return the progress in a message, or None if it has none."""
+        """Return the progress in a message, or None if it has none.
+
+        Raises:
+            MalformedProgressError: a value is missing, or is nothing that a learner says.
+        """
         for status in message.status:
             if status.name == STATUS_NAME:
                 values = {item.key: item.value for item in status.values}
-                return LearnerProgress(
-                    stage=values["stage"],
-                    iteration=int(values["iteration"]),
-                    fraction=float(values["fraction"]),
-                    cost=float(values["cost"]),
-                    evaluations=int(values["evaluations"]),
-                    seconds_left=float(values["seconds_left"]),
-                )
+                try:
+                    return _read(values)
+                except (KeyError, ValueError) as error:
+                    raise MalformedProgressError(
+                        f"a learner's progress cannot be made of {values}: {error!r}"
+                    ) from error
         return None
 
     def details(self) -> str:
@@ -69,6 +79,22 @@ class LearnerProgress:
         if not math.isnan(self.seconds_left):
             parts.append(f"{self.seconds_left:.0f} s left")
         return ", ".join(parts)
+
+
+def _read(values: Mapping[str, str]) -> LearnerProgress:
+    progress = LearnerProgress(
+        stage=values["stage"],
+        iteration=int(values["iteration"]),
+        fraction=float(values["fraction"]),
+        cost=float(values["cost"]),
+        evaluations=int(values["evaluations"]),
+        seconds_left=float(values["seconds_left"]),
+    )
+    if not 0.0 <= progress.fraction <= 1.0:
+        raise ValueError("expected a fraction from 0 to 1")
+    if not progress.stage.isprintable():
+        raise ValueError("expected a stage that can be printed")
+    return progress
 
 
 class IterationClock:

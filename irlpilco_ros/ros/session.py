@@ -11,13 +11,15 @@ from rclpy.context import Context
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.time import Time
+from rclpy.serialization import deserialize_message
 from rclpy.validate_namespace import validate_namespace
 
 from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.context import RosStartError, begin
-from irlpilco_ros.ros.learner_progress import LearnerProgress
+from irlpilco_ros.ros.learner_progress import LearnerProgress, MalformedProgressError
+from irlpilco_ros.ros.messages import nanoseconds
 from irlpilco_ros.ros.qos import DIAGNOSTICS
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 
 Result = TypeVar("Result")
 
@@ -62,8 +64,8 @@ class Session:
         self.clients = Clients(self.node)
         self.progress: LearnerProgress | None = None
         self._since = self.node.get_clock().now()
-        self.node.create_subscription(
-            DiagnosticArray, "learner/progress", self._take_progress, DIAGNOSTICS
+        self._subscription = SafeSubscription(
+            self.node, DiagnosticArray, "learner/progress", self._take_progress, DIAGNOSTICS
         )
 
     def run(
@@ -120,9 +122,13 @@ class Session:
         """
         self.run(self.clients.meet(services, timeout), on_wait)
 
-    def _take_progress(self, message: DiagnosticArray) -> None:
+    def _take_progress(self, data: bytes, _: Info) -> None:
+        try:
+            message = deserialize_message(data, DiagnosticArray)
+        except Exception as error:  # whatever rclpy raises for bytes that are no message
+            raise MalformedProgressError(f"{len(data)} bytes are no DiagnosticArray") from error
         # Between two calls nobody listens, and what is waiting then is about the last one.
-        if Time.from_msg(message.header.stamp) >= self._since:
+        if nanoseconds(message.header.stamp) >= self._since.nanoseconds:
             self.progress = LearnerProgress.from_message(message) or self.progress
 
     def __enter__(self) -> Session:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from robot_of_two import JOINTS, ROBOT, nanoseconds, sample
 
-from irlpilco_ros.control.controller_settings import ControllerSettings
+from irlpilco_ros.control.controller_settings import GUARDS, ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError
 from irlpilco_ros.control.motions import Trial
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
@@ -222,17 +222,122 @@ def test_reasons_to_refuse(control, outcomes):
     assert "position of joint wrist is nan" in refusal()
     control.take(sample(0.02), now=10.0)
     assert refusal(now=10.2) == "no joint state for 0.12 s of: elbow, wrist"
-    control.enabled = False
+    control.change(dataclasses.replace(control.settings, enabled=False))
     assert "disabled" in refusal()
-    control.enabled = True
+    control.change(dataclasses.replace(control.settings, enabled=True))
     control.start(trial, 10.0, outcomes.append)
     assert "busy: trial is going on" in refusal()
     assert outcomes == []
 
 
-def test_settings_can_change_while_it_moves(control, outcomes):
-    begin(control, outcomes, 0.1, 0.1)
-    control.take(sample(0.01, (0.9, 0.0)), now=10.0)
-    control.settings = dataclasses.replace(control.settings, position_margin=0.2)
-    assert control.take(sample(0.02, (0.9, 0.0)), now=10.0).done
-    assert "within 0.2 rad of its upper limit" in outcomes[0].message
+@pytest.mark.parametrize("guard", GUARDS)
+def test_a_change_of_what_guards_a_motion_ends_it(control, outcomes, guard):
+    begin(control, outcomes)
+    control.take(sample(0.01), now=10.0)
+    before = getattr(control.settings, guard)
+    command = control.change(dataclasses.replace(control.settings, **{guard: 0.5}))
+    assert command.values.tolist() == [0.0, 0.0]
+    assert f"changed under way: {guard} from {before:g} to 0.5" in outcomes[0].message
+
+
+def test_other_settings_can_change_while_it_moves(control, outcomes):
+    begin(control, outcomes)
+    assert control.change(dataclasses.replace(control.settings, approach_speed=0.2)) is None
+    assert control.take(sample(0.01), now=10.0).values.any()
+    assert outcomes == []
+
+
+def test_disabling_ends_a_motion_and_sends_zero_in_any_case(control, outcomes):
+    begin(control, outcomes)
+    disabled = dataclasses.replace(control.settings, enabled=False)
+    assert control.change(disabled).values.tolist() == [0.0, 0.0]
+    assert "the controller was disabled" in outcomes[0].message
+    control.change(dataclasses.replace(disabled, enabled=True))
+    assert control.change(disabled).values.tolist() == [0.0, 0.0]
+
+
+def test_a_trial_begins_at_the_start_of_its_policy(control):
+    control.check_start()  # nothing is known
+    control.change(dataclasses.replace(control.settings, start_position=(0.1, 0.2)))
+    control.check_start()  # the readings are still missing
+    control.take(sample(0.0, positions=(0.05, 0.2)), now=10.0)
+    control.check_start()
+    control.take(sample(0.1, positions=(0.1, 0.31)), now=10.0)
+    with pytest.raises(MotionRefusedError, match=r"wrist is 0\.1100 rad from the policy's start"):
+        control.check_start()
+    spread = MotionControl(dataclasses.replace(ROBOT, start_spread=0.02), control.settings)
+    spread.take(sample(0.1, positions=(0.1, 0.31)), now=10.0)
+    spread.check_start()
+
+
+def push(control, outcomes, positions, values=(0.4, 0.0), seconds=5.0):
+    """Command constant values while the joints are at positions(time); return when it ended."""
+    control.take(sample(0.0, positions(0.0)), now=0.0)
+    control.start(Trial(Constant(*values), 1000, 0.1), 0.0, outcomes.append)
+    for step in range(1, round(seconds / 0.01)):
+        time = 0.01 * step
+        control.take(sample(time, positions(time)), now=time)
+        if outcomes:
+            return time
+    return None
+
+
+def test_a_joint_that_is_commanded_but_does_not_move_stops_the_robot(control, outcomes):
+    def blocked(time):
+        return (min(0.4 * time, 0.5), 0.0)  # something is in its way after 1.25 s
+
+    assert 2.25 < push(control, outcomes, blocked) <= 3.26, "at most twice stall_timeout"
+    message = "joint elbow is commanded but does not move: in 1 s it was to go 0.40"
+    assert message in outcomes[0].message
+
+
+def test_slow_late_and_weak_joints_are_not_taken_for_blocked(control, outcomes):
+    assert (
+        push(control, outcomes, lambda time: (0.4 * max(0.0, time - 0.6), 0.0), seconds=2.5) is None
+    )
+    control.stop("")
+    outcomes.clear()
+    assert push(control, outcomes, lambda _: (0.0, 0.0), values=(0.09, -0.09)) is None
+
+
+def test_a_robot_that_runs_behind_a_command_to_and_fro_is_moving(control, outcomes):
+    class ToAndFro:
+        def act(self, _state, step):
+            return np.array([0.5 if step // 10 % 2 else -0.5, 0.0])
+
+    def late(time):  # by half a period
+        phase = (time - 0.5) % 2.0
+        return (0.5 * abs(phase - 1.0), 0.0)
+
+    control.take(sample(0.0, late(0.0)), now=0.0)
+    control.start(Trial(ToAndFro(), 1000, 0.1), 0.0, outcomes.append)
+    for step in range(1, 1000):
+        control.take(sample(0.01 * step, late(0.01 * step)), now=0.01 * step)
+    assert outcomes == []
+
+
+def test_in_simulation_a_trial_may_push_against_its_stops(outcomes):
+    control = MotionControl(ROBOT, ControllerSettings(position_margin=-0.5))
+    assert push(control, outcomes, lambda _: (1.0, 0.0)) is None
+
+
+def test_an_effort_beyond_its_limit_stops_the_robot(control, outcomes):
+    begin(control, outcomes)
+    still = (0.0, 0.0)
+    fair = JointStateMessage(nanoseconds(0.01), JOINTS, still, still, (4.9, -2.9))
+    assert control.take(fair, now=10.0).values.any()
+    untold = JointStateMessage(nanoseconds(0.02), JOINTS, still, still, (9.0,))
+    assert control.take(untold, now=10.0).values.any()
+    high = JointStateMessage(nanoseconds(0.02), JOINTS, still, still, (0.0, -3.2))
+    assert control.take(high, now=10.0).values.tolist() == [0.0, 0.0]
+    assert "effort of joint wrist is -3.20 Nm; its effort limit is 3 Nm" in outcomes[0].message
+
+
+def test_the_last_command_is_there_to_be_repeated_while_a_motion_goes_on(control, outcomes):
+    begin(control, outcomes, horizon=1)
+    assert control.last is None
+    command = control.take(sample(0.01), now=10.0)
+    assert control.last is command
+    control.take(sample(0.2), now=10.1)
+    assert outcomes[0].succeeded
+    assert control.last is None

@@ -107,6 +107,13 @@ def test_conventions_of_rosbag2(tmp_path):
     assert "&" not in (tmp_path / "000" / "metadata.yaml").read_text()  # no YAML aliases
 
 
+def test_topics_that_share_a_quality_of_service_make_no_aliases(tmp_path):
+    with DurableBagWriter.numbered(tmp_path) as writer:
+        writer.append(message(1), message(2, "/joint_states/full_rate"))
+    assert "&" not in (tmp_path / "000" / "metadata.yaml").read_text()
+    assert read_recording(tmp_path / "000").whole
+
+
 def test_every_message_is_on_disk_when_append_returns(tmp_path, monkeypatch):
     synced = []
     fsync = os.fsync

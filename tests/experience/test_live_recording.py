@@ -5,12 +5,17 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import time
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from example_trajectories import assert_same
+from rosbags.rosbag2 import Reader
 
 from irlpilco_ros.experience.bag_message import BagTopic
-from irlpilco_ros.experience.bag_reader import read_bag, read_recording
+from irlpilco_ros.experience.bag_reader import read_bag, read_path, read_recording
 from irlpilco_ros.experience.joint_merging import Received
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, StreamReader, encode
 from irlpilco_ros.experience.live_recording import LiveRecording
@@ -113,14 +118,14 @@ def test_a_disk_that_fails_at_the_end_is_told(recording, monkeypatch):
     assert len(read_bag(recording.path)) == 1, "what was written before stays"
 
 
-@pytest.mark.parametrize("notice", ["state", "look", "close"])
+@pytest.mark.parametrize("notice", ["state", "flush", "close"])
 def test_a_bag_that_was_taken_away_is_told(recording, notice):
     recording.take_state(state(0))
     recording.take_state(state(1))
     shutil.rmtree(recording.path)
     {
         "state": lambda: recording.take_state(state(2)),
-        "look": recording.look,
+        "flush": recording.flush,
         "close": recording.close,
     }[notice]()
     recording.close()
@@ -135,7 +140,7 @@ def test_another_bag_of_that_name_is_not_taken_for_this_one(recording):
     kept = recording.path.with_name("kept")
     recording.path.rename(kept)
     shutil.copytree(kept, recording.path)
-    recording.look()
+    recording.flush()
     assert "deleted or renamed" in recording.failure
 
 
@@ -226,3 +231,85 @@ def test_what_is_said_of_the_motion_comes_from_every_state(recording):
         [float(each) for each in found.groups()], [8.1, 1.9, 10.0], atol=0.21
     )
     assert said.endswith("first joint to move: elbow, last: elbow")
+
+
+def test_a_long_recording_costs_little_memory_and_its_end_little_time(tmp_path, monkeypatch):
+    """Of half an hour at 100 Hz, every state a sample, a third; all at full rate, too."""
+    monkeypatch.setattr(os, "fsync", lambda _: None)
+    recording = LiveRecording(tmp_path, JOINTS, 10_000_000, lambda: STATES, lambda: COMMANDS)
+    messages = [state(0.1 * step) for step in range(1000)]
+
+    def record(begin: int, end: int) -> None:
+        for step in range(begin, end):
+            stamp = START + step * 10_000_000
+            recording.take_state(replace(messages[step % 1000], stamp=stamp, received=stamp))
+
+    record(0, 10_000)
+    before = memory()
+    record(10_000, 60_000)
+    growth = (memory() - before) / 50_000
+    begin = time.process_time()
+    recording.close()
+    assert recording.outcome()[0]
+    assert time.process_time() - begin < 0.5
+    assert growth < 300.0, f"{growth} bytes for each sample"
+
+
+def memory() -> int:
+    """Return how much memory this process has in use [bytes]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_the_full_rate_is_kept_beside_samples_that_are_as_without_it(tmp_path):
+    """Every joint state and every command, in the order in which they came, and none twice."""
+    bags = []
+    for full_rate in (True, False):
+        recording = LiveRecording(
+            tmp_path / str(full_rate),
+            JOINTS,
+            PERIOD,
+            lambda: STATES,
+            lambda: COMMANDS,
+            full_rate=full_rate,
+        )
+        for step in range(300):
+            recording.take_state(state(0.1 * step))
+            recording.take_state(state(0.1 * step))  # repeated, as in lockstep
+            if step >= 100:
+                speed = 0.0 if step >= 200 else 0.5
+                recording.take_command(command(10 + (step - 100) // 10, speed, 0.0))
+        recording.close()
+        bags.append(recording.path)
+    with_it, without = (read_recording(bag, full_rate=True) for bag in bags)
+    counts = {topic.name: number for topic, number in with_it.counts.items()}
+    assert counts.pop("/joint_states/full_rate") == 300
+    assert counts.pop("/joint_command/full_rate") == 200
+    assert counts == {topic.name: number for topic, number in without.counts.items()}
+    assert_same(read_bag(bags[0]), read_bag(bags[1]))
+    assert_same(read_path(bags[1]), read_bag(bags[1]))
+    path = read_path(bags[0])
+    np.testing.assert_allclose(path.stamps, 1e-9 * START + 0.01 * np.arange(300), atol=1e-6)
+    np.testing.assert_allclose(path.positions[:, 0], 0.01 * np.arange(300), atol=1e-12)
+    np.testing.assert_array_equal(path.commanded, np.isin(np.arange(300), range(100, 300, 10)))
+    samples = [k for k, stamp in enumerate(path.stamps) if stamp in read_bag(bags[0]).stamps]
+    np.testing.assert_array_equal(path.commands[samples], read_bag(bags[0]).commands)
+    with Reader(bags[0]) as reader:
+        assert {each.topic for each in reader.connections} == {
+            f"/{name}{ending}"
+            for name in ("joint_states", "joint_command")
+            for ending in ("", "/full_rate")
+        }
+
+
+def test_the_full_rate_of_publishers_apart_is_merged_and_all_is_kept_after_a_flush(recording):
+    for step in range(200):
+        recording.take_state(state(0.1 * step, JOINTS[:1]))
+        recording.take_state(state(0.1 * step - 0.05, JOINTS[1:]))
+    recording.flush()
+    on_disk = read_recording(recording.path, full_rate=True)
+    counts = {topic.name: number for topic, number in on_disk.counts.items()}
+    assert counts["/joint_states/full_rate"] == 400
+    path = on_disk.path_taken()
+    assert len(path) == 200
+    steps = (path.stamps - 1e-9 * START) / (1e-9 * PERIOD)
+    np.testing.assert_allclose(path.positions[:, 1], 0.2 + steps, atol=1e-6)

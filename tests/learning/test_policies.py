@@ -117,13 +117,15 @@ def test_spread_curvature_is_the_hessian_of_priced_gains(kind):
     policy = policy.with_parameters(1e-3 * policy.parameters)
     state = Gaussian(np.zeros(D), random_gaussian(np.random.default_rng(4), D).covariance)
     cost_weight = np.array([[2.0, 0.3], [0.3, 1.0]])
-    curvature = policy.spread_curvature(state, 2, cost_weight)
+    other = Gaussian(state.mean, 2.0 * state.covariance)
+    curvature = policy.spread_curvature([state, other], [2, 1], np.stack([cost_weight] * 2))
     change = np.zeros_like(policy.parameters)
     change[: F * D] = 1e-3 * np.random.default_rng(5).standard_normal(F * D)
 
     def priced(h):
         moved = policy.with_parameters(policy.parameters + h * change)
-        return float(np.sum(cost_weight * moved.moments(state, 2)[0].covariance))
+        both = moved.moments(state, 2)[0].covariance + moved.moments(other, 1)[0].covariance
+        return float(np.sum(cost_weight * both))
 
     second = priced(1.0) - 2.0 * priced(0.0) + priced(-1.0)
     assert change @ curvature @ change == pytest.approx(second, rel=1e-3)
@@ -136,10 +138,13 @@ def test_change_metric_is_the_mean_square_of_the_change_before_squashing(kind):
     zero = zero.with_parameters(0.0 * zero.parameters)
     state = random_gaussian(np.random.default_rng(6), D)
     change = 1e-4 * np.random.default_rng(7).standard_normal(zero.parameters.shape)
-    control, _ = zero.with_parameters(change).moments(state, 2)
-    second = (control.mean**2 + np.diagonal(control.covariance)) / (1.5 * zero.control_limit) ** 2
-    expected = second.sum()
-    assert change @ zero.change_metric(state, 2) @ change == pytest.approx(expected, rel=1e-4)
+    states, steps = [state, random_gaussian(np.random.default_rng(8), D)], [2, 0]
+    expected = 0.0
+    for each, step in zip(states, steps, strict=True):
+        control, _ = zero.with_parameters(change).moments(each, step)
+        second = control.mean**2 + np.diagonal(control.covariance)
+        expected += float((second / (1.5 * zero.control_limit) ** 2).sum())
+    assert change @ zero.change_metric(states, steps) @ change == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("kind", ALL)

@@ -14,6 +14,7 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy, Policy, RbfPolicy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.prediction.known_part import KnownPart
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.predicted_trajectory import predict_step, predict_trajectory
 from irlpilco_ros.learning.state_layout import StateLayout
@@ -118,8 +119,16 @@ def test_cost_of_every_state_agrees_with_the_original(case, given, expected):
 @pytest.mark.parametrize(("case", "given", "expected"), list(golden_cases("traj")))
 def test_one_step_and_its_derivatives_agree_with_the_original(case, given, expected):
     objective, policy = original_problem(given)
+    known = KnownPart.of(objective.layout, len(policy.control_limit))
     step = predict_step(
-        objective.model, policy, objective.start, 0, objective.layout, objective.approximation
+        objective.model,
+        policy,
+        objective.start,
+        0,
+        objective.layout,
+        known,
+        np.zeros(len(objective.layout.policy_inputs)),
+        objective.approximation,
     )
     tolerance = 1e-6 if "rbf" in case else 1e-8
     scale = np.abs(expected["step_S"]).max()

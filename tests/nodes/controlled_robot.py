@@ -47,10 +47,10 @@ def begin_trial(graph, robot, policy):
     return answer
 
 
-def is_told(diagnostics, reason, level=DiagnosticStatus.ERROR):
-    """Whether /diagnostics has given this reason."""
+def is_told(diagnostics, reason, levels=(DiagnosticStatus.ERROR,)):
+    """Whether /diagnostics has given this reason, at one of these levels."""
     return any(
-        status.level == level and reason in status.message
+        status.level in levels and reason in status.message
         for message in diagnostics.messages
         for status in message.status
     )

@@ -98,3 +98,13 @@ def test_a_bad_policy_file_ends_the_node_with_one_line(ros):
     assert process.wait() == 1
     assert process.output.startswith("error: policy.control_limit of joint wrist is 3;")
     assert len(process.output.splitlines()) == 1
+
+
+def test_a_limit_that_bounds_nothing_is_told_at_the_start(ros):
+    process = ros.start(CONTROLLER, parameters={**ROBOT, "velocity_limit": [1.0, 300.0]})
+    ros.wait_for(lambda: "wrist is 300 rad/s" in process.output, "the warning")
+    parameters = {**ROBOT, "velocity_limit": [1.0, 1e6]}
+    process = ros.start(CONTROLLER, parameters=parameters, wait=False)
+    process.expected_code = 1
+    assert process.wait() == 1
+    assert "velocity_limit is 1000000.0 [rad/s]; expected at most 10000.0" in process.output

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ import yaml
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.experience.bag_reader import read_bag, read_messages, read_recording
+from irlpilco_ros.experience.bag_reader import read_bag, read_messages, read_path, read_recording
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, encode
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
@@ -120,9 +122,10 @@ def test_demonstrations_one_after_the_other(ros, tmp_path):
     assert not rollout.commanded
     recording = read_recording(first)
     assert recording.whole
-    (topic,) = recording.counts
-    assert topic.name == "/robot/joint_states"
-    assert yaml.safe_load(topic.qos_text)[0]["reliability"] == "reliable"
+    names = [topic.name for topic in recording.counts]
+    assert sorted(names) == ["/robot/joint_states", "/robot/joint_states/full_rate"]
+    for topic in recording.counts:
+        assert yaml.safe_load(topic.qos_text)[0]["reliability"] == "reliable"
 
     assert not robot.call("stop").success
     second = bag_of(robot.call("start"))
@@ -181,6 +184,38 @@ def test_a_clock_that_jumps_back_ends_the_recording_with_a_reason(ros, tmp_path)
     assert not answer.success
     assert "the robot's clock was reset; 3 samples" in answer.message
     assert len(assert_true_to_robot(bag)) == 3
+
+
+def test_the_full_rate_is_on_disk_within_a_control_period_whatever_comes(ros, tmp_path):
+    robot = Robot(ros, output_directory=str(tmp_path), control_period=0.2, sample_rate=0.1)
+    bag = bag_of(robot.call("start"))
+    robot.move(1.0, pace=0.002)
+    end = 1e-9 * robot.stamp
+    time.sleep(0.5)  # more than one control period, in which nothing comes
+    robot.process.kill()
+    path = read_path(bag)
+    np.testing.assert_allclose(path.stamps, 7.0 + 0.01 * np.arange(101), atol=1e-9)
+    assert path.stamps[-1] == pytest.approx(end)
+    assert len(read_bag(recover(bag).path)) == 1
+    np.testing.assert_array_equal(read_path(tmp_path / "000.recovered").positions, path.positions)
+
+
+def test_a_thousand_states_of_a_hundred_joints_in_a_second_are_recorded(ros, tmp_path):
+    joints = tuple(f"joint_{i}" for i in range(100))
+    robot = Robot(ros, joints=joints, output_directory=str(tmp_path), control_period=0.1)
+    message = JointStateMessage(robot.stamp, joints, (0.5,) * 100, (0.1,) * 100, (0.0,) * 100)
+    robot.last = encode(message)
+    bag = bag_of(robot.call("start"))
+    begin = time.monotonic()
+    for step in range(1, 3001):
+        stamp = robot.stamp + step * 1_000_000
+        robot.last = encode(replace(message, stamp=stamp, positions=(1e-3 * step,) * 100))
+        time.sleep(max(0.0, begin + 1e-3 * step - time.monotonic()))
+        robot.states.publish(robot.last)
+    stopped = robot.call("stop")
+    assert stopped.success, stopped.message
+    assert "31 samples, 0 missing, one every 0.100 s" in stopped.message
+    assert len(read_path(bag)) >= 2970
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.3, 0.7])
@@ -255,5 +290,5 @@ def test_a_bag_replayed_over_dds_is_recorded_again(ros, tmp_path, source, comman
     assert again.joint_names == original.joint_names
     for field in ("stamps", "positions", "velocities", "commands"):
         np.testing.assert_array_equal(getattr(again, field)[1:], getattr(original, field))
-    received = [message.data for message in read_messages(recorded)]
+    received = [each.data for each in read_messages(recorded) if not each.topic.is_full_rate]
     assert sorted(received[1:]) == sorted(message.data for message in messages)

@@ -84,7 +84,7 @@ def test_move_to_start_says_what_is_in_the_way() -> None:
     robot = BaxterSimulation()
     goal = robot.true_positions
     goal[0] = robot.position_limits[1, 0] + 0.3
-    with pytest.raises(ApproachError, match="left_s0 is farthest"):
+    with pytest.raises(ApproachError, match="left_s0 is commanded but does not move"):
         move_to_start(robot, goal)
 
 

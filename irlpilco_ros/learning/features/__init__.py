@@ -2,6 +2,7 @@
 
 from irlpilco_ros.learning.features.base import REGISTRY, Features
 from irlpilco_ros.learning.features.cubature import CubatureFeatures
+from irlpilco_ros.learning.features.joint_motion import JointMotion
 from irlpilco_ros.learning.features.joint_positions import JointPositions
 from irlpilco_ros.learning.features.positions_and_angles import PositionsAndAngles
 
@@ -9,6 +10,7 @@ __all__ = [
     "REGISTRY",
     "CubatureFeatures",
     "Features",
+    "JointMotion",
     "JointPositions",
     "PositionsAndAngles",
 ]

@@ -15,18 +15,23 @@ from irlpilco_ros.learning.numerics.linear_algebra import (
 )
 
 
-def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> tuple[float, Array]:
+def negative_log_evidence(
+    inputs: Array, targets: Array, parameters: Array, linear: Array | None = None
+) -> tuple[float, Array]:
     """Return -log p(y | X) of a zero-mean GP, and its gradient.
 
     With alpha = K^-1 y: 1/2 y'alpha + 1/2 log|K| + n/2 log 2 pi. Gradient with
     W = (K^-1 - alpha alpha') * K_f elementwise and z = x / l, in O(n^2 P):
     by log l_k: 1/2 sum_ij W_ij (z_ik - z_jk)^2 = sum_i (W1)_i z_ik^2 - z_k'W z_k;
-    by log s: sum W; by log noise: noise^2 (tr K^-1 - alpha'alpha).
+    by log s: sum W; by log noise: noise^2 (tr K^-1 - alpha'alpha). A linear part b^2 ZZ' of the
+    kernel has b^2 tr(Z'(K^-1 - alpha alpha')Z) by log b.
 
     Args:
         inputs: X, of shape (n, P).
         targets: y, of shape (n,).
-        parameters: [log l (P), log s, log noise], of shape (P + 2,).
+        parameters: [log l (P), log s, log noise], of shape (P + 2,); with a linear part log b
+            follows.
+        linear: Z, of shape (n, K); None without a linear part.
 
     Raises:
         NumericalError: if K is not positive definite whatever the jitter.
@@ -34,10 +39,13 @@ def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> t
     n, size = inputs.shape
     scaled = inputs * np.exp(-parameters[:size])
     scaled -= scaled.mean(axis=0)
-    signal, noise = np.exp(2.0 * parameters[size:])
+    signal, noise = np.exp(2.0 * parameters[size : size + 2])
     latent = unit_squared_exponential(scaled, scaled, signal)
     kernel = latent.copy()
     diagonals(kernel[None])[...] += noise
+    if linear is not None:
+        slope = math.exp(2.0 * parameters[-1])
+        kernel += slope * (linear @ linear.T)
     factor, _ = jittered_cholesky(kernel, signal)
     inverse_factor = triangular_inverse(factor)
     alpha = inverse_factor.T @ (inverse_factor @ targets)
@@ -47,9 +55,11 @@ def negative_log_evidence(inputs: Array, targets: Array, parameters: Array) -> t
     w = inverse_factor.T @ inverse_factor
     w -= np.outer(alpha, alpha)
     trace = np.trace(w)
+    gradient = np.empty(len(parameters))
+    if linear is not None:
+        gradient[-1] = slope * np.sum(linear * (w @ linear))
     w *= latent
     rows = w.sum(axis=1)
-    gradient = np.empty(size + 2)
     gradient[:size] = rows @ (scaled * scaled) - np.sum(scaled * (w @ scaled), axis=0)
     gradient[size] = rows.sum()
     gradient[size + 1] = noise * trace

@@ -20,6 +20,8 @@ class Hyperparameters:
         log_lengthscales: log of the length-scales, in the units of the inputs, shape (E, P).
         log_signal: log of the signal's standard deviation, in units of the output, shape (E,).
         log_noise: log of the noise's standard deviation, in units of the output, shape (E,).
+        log_linear: log of the standard deviation of the linear part's coefficients, shape (E,);
+            None without a linear part (see `linear_part`).
 
     Raises:
         InvalidSettingError: if shapes disagree or a value is not finite or beyond +-100.
@@ -28,6 +30,7 @@ class Hyperparameters:
     log_lengthscales: Array
     log_signal: Array
     log_noise: Array
+    log_linear: Array | None = None
 
     def __post_init__(self) -> None:
         if self.log_lengthscales.ndim != 2:
@@ -36,8 +39,10 @@ class Hyperparameters:
                 "expected (outputs, inputs)"
             )
         outputs = (len(self.log_lengthscales),)
-        for name in ("log_lengthscales", "log_signal", "log_noise"):
+        for name in ("log_lengthscales", "log_signal", "log_noise", "log_linear"):
             value = getattr(self, name)
+            if value is None:
+                continue
             if name != "log_lengthscales" and value.shape != outputs:
                 raise InvalidSettingError(f"{name} has shape {value.shape}; expected {outputs}")
             if not np.all(np.abs(value) <= _LARGEST_LOG):

@@ -13,6 +13,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.evidence import negative_log_evidence
 from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, Hyperprior, HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.linear_part import EXPECTED_LOG_SCALE, LinearPart, scale_penalty
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.sharing import for_each_output
 
@@ -20,6 +21,7 @@ _SMALLEST_SCALE = 1e-8
 _LENGTHSCALE_RANGE = math.log(100.0) * 1.3  # the soft penalty is at a factor of 100
 _SIGNAL_RANGE = math.log(1e3)
 _NOISE_FLOOR, _NOISE_CEILING = math.log(1e-5), math.log(10.0)
+_LINEAR_BOUNDS = (math.log(1e-3), math.log(10.0))
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ def maximise_evidence(
     max_evaluations: int,
     threads: int,
     progress: Callable[[float], None] | None,
+    linear: LinearPart | None = None,
 ) -> Hyperparameters:
     """Return the hyperparameters of zero-mean GPs that maximise the evidence times the hyperprior.
 
@@ -89,6 +92,7 @@ def maximise_evidence(
         threads: How many threads may work; no influence on the result.
         progress: Called with the fraction done, 0..1, from the threads that work, one call at a
             time; may raise to cancel.
+        linear: The linear part of the kernel; None for none.
 
     Raises:
         InvalidSettingError: if the warm start does not fit the data.
@@ -100,6 +104,8 @@ def maximise_evidence(
     starts = scales.starts(prior)
     if warm_start is not None:
         starts[0] = _stack(warm_start, outputs, size)
+    if linear is not None:
+        starts = _with_log_linear(starts, warm_start, outputs)
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_points)).astype(int)
     points, values = inputs[chosen], targets[chosen]
     report = _OutputCounter(progress, outputs)
@@ -112,12 +118,14 @@ def maximise_evidence(
             scales.bounds(a),
             lambda parameters: prior.penalty(parameters, scales.inputs),
             max_evaluations,
+            None if linear is None else linear.of(points, a),
         )
         report.step()
         return found
 
     found = np.array(for_each_output(one_output, outputs, len(points), threads))
-    return Hyperparameters(found[:, :size], found[:, size], found[:, size + 1])
+    log_linear = None if linear is None else found[:, size + 2]
+    return Hyperparameters(found[:, :size], found[:, size], found[:, size + 1], log_linear)
 
 
 def _search(
@@ -127,14 +135,26 @@ def _search(
     bounds: Array,
     penalty: Callable[[Array], tuple[float, Array]],
     max_evaluations: int,
+    linear: Array | None,
 ) -> Array:
-    """Return the best parameters [log l, log s, log noise] that L-BFGS finds for one output."""
+    """Return the best parameters [log l, log s, log noise] that L-BFGS finds for one output.
+
+    With a linear part Z (n, K), log b follows them.
+    """
     from scipy import optimize  # late: it takes as long as all else here
 
+    kernel = inputs.shape[1] + 2
+    if linear is not None:
+        bounds = np.vstack([bounds, _LINEAR_BOUNDS])
+
     def objective(parameters: Array) -> tuple[float, Array]:
-        value, gradient = negative_log_evidence(inputs, targets, parameters)
-        extra, slope = penalty(parameters)
-        return value + extra, gradient + slope
+        value, gradient = negative_log_evidence(inputs, targets, parameters, linear)
+        extra, slope = penalty(parameters[:kernel])
+        gradient[:kernel] += slope
+        if linear is not None:
+            more, slope_of_scale = scale_penalty(float(parameters[-1]))
+            extra, gradient[-1] = extra + more, gradient[-1] + slope_of_scale
+        return value + extra, gradient
 
     results = [
         optimize.minimize(
@@ -149,6 +169,17 @@ def _search(
     ]
     best: Array = min(results, key=lambda result: float(result.fun)).x
     return best
+
+
+def _with_log_linear(
+    starts: Sequence[Array], warm_start: Hyperparameters | None, outputs: int
+) -> list[Array]:
+    """Return starts (E, P + 2) with log b behind them, (E, P + 3); the first is the warm one."""
+    expected = np.full(outputs, EXPECTED_LOG_SCALE)
+    known = expected if warm_start is None else warm_start.log_linear
+    first = expected if known is None else known
+    scales = [first, *[expected] * (len(starts) - 1)]
+    return [np.hstack([start, scale[:, None]]) for start, scale in zip(starts, scales, strict=True)]
 
 
 def _stack(warm_start: Hyperparameters, outputs: int, size: int) -> Array:

@@ -16,6 +16,7 @@ from irlpilco_ros.learning.policies.linear import LinearPolicy
 from irlpilco_ros.learning.policies.linear_phase import LinearPhasePolicy
 from irlpilco_ros.learning.policies.open_loop import OpenLoopPolicy
 from irlpilco_ros.learning.policies.rbf import RbfPolicy
+from irlpilco_ros.learning.policies.smooth_phase import SmoothPhasePolicy
 
 
 def searchable() -> tuple[str, ...]:
@@ -49,6 +50,7 @@ __all__ = [
     "OpenLoopPolicy",
     "Policy",
     "RbfPolicy",
+    "SmoothPhasePolicy",
     "check_acts",
     "control_limit",
     "fixed",

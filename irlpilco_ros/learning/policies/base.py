@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -38,9 +38,11 @@ class Policy(Extension, ABC):
         control_limit: Largest absolute value of each control, shape (F,).
         state_size: Number of state dimensions D that the policy sees.
         searchable: Whether policy search can improve it, so that it may be learned.
+        blend: Part of each control period over which a decision is blended in; 0 holds it.
     """
 
     searchable: ClassVar[bool] = True
+    blend: float = 0.0
     control_limit: Array
     state_size: int
 
@@ -131,6 +133,14 @@ class Policy(Extension, ABC):
         moments, _ = self.moments(Gaussian(state, np.zeros((len(state),) * 2)), step, False)
         return moments.mean
 
+    def between(self, time: float) -> Array:
+        """Return the part of the control (F,) that depends on time alone, between the ticks too.
+
+        Args:
+            time: Since the trial's start, in control periods.
+        """
+        return np.zeros(len(self.control_limit))
+
     @abstractmethod
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
@@ -148,24 +158,29 @@ class Policy(Extension, ABC):
         nothing = np.zeros_like(moments.covariance), np.zeros_like(moments.jacobian)
         return np.stack([pullback(row, *nothing)[2] for row in np.eye(len(moments.mean))])
 
-    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array | None:
-        """Return the Hessian by the parameters (p, p) of tr(cost_weight cov u), as far as gains go.
+    def spread_curvature(
+        self, states: Sequence[Gaussian], steps: Sequence[int], cost_weights: Array
+    ) -> Array | None:
+        """Return the Hessian by the parameters (p, p) of what the controls' spread costs.
+
+        That is sum_t tr(cost_weights[t] cov u[t]), as far as gains go.
 
         Args:
-            state: The state that the policy sees.
-            step: Step of the trial.
-            cost_weight: What spread of the controls costs, positive semidefinite, shape (F, F).
+            states: What the policy sees at each of T steps.
+            steps: Their numbers in the trial.
+            cost_weights: What spread of the controls costs, positive semidefinite, (T, F, F).
 
         Returns:
             A positive semidefinite matrix, or None if this kind of policy does not know it.
         """
         return None
 
-    def change_metric(self, state: Gaussian, step: int) -> Array | None:
-        """Return G (p, p) with d'G d = E |change of the control before squashing|^2.
+    def change_metric(self, states: Sequence[Gaussian], steps: Sequence[int]) -> Array | None:
+        """Return G (p, p) with d'G d = sum_t E |change of the control before squashing|^2.
 
-        The change is that of the parameters by d, the state Gaussian. None if this kind of policy
-        does not know it; policy search then takes all parameters to matter alike.
+        The change is that of the parameters by d, the states Gaussian; arguments as
+        `spread_curvature`. None if this kind of policy does not know it; policy search then takes
+        all parameters to matter alike.
         """
         return None
 

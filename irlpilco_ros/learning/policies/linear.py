@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -85,18 +85,16 @@ class LinearPolicy(Policy):
         slope = affine_slope(self.weights, self.bias, self.control_limit, state)
         return np.hstack([each_row(slope, state.mean), np.diag(slope)])
 
-    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array:
-        """Return the Hessian of tr(cost_weight slope W S W' slope) by the parameters, (p, p)."""
-        slope = affine_slope(self.weights, self.bias, self.control_limit, state)
-        curvature = np.zeros((len(self.parameters), len(self.parameters)))
-        size = self.weights.size
-        weighed = 2.0 * cost_weight * np.outer(slope, slope)
-        curvature[:size, :size] = np.kron(weighed, state.covariance)
-        return curvature
+    def spread_curvature(
+        self, states: Sequence[Gaussian], steps: Sequence[int], cost_weights: Array
+    ) -> Array:
+        """Return the Hessian of sum_t tr(cost_weights slope W S W' slope), shape (p, p)."""
+        biases = [self.bias] * len(states)
+        return affine_curvature(self, self.weights, biases, states, cost_weights)
 
-    def change_metric(self, state: Gaussian, step: int) -> Array:
-        """Return the mean square of a change (dW x + db) at a Gaussian state, (p, p)."""
-        return affine_metric(len(self.bias), state, np.ones(1))
+    def change_metric(self, states: Sequence[Gaussian], steps: Sequence[int]) -> Array:
+        """Return the mean square of a change (dW x + db) at Gaussian states, (p, p)."""
+        return affine_metric(len(self.bias), states, np.ones((len(states), 1)))
 
 
 def affine_moments(
@@ -127,17 +125,62 @@ def affine_slope(weights: Array, bias: Array, control_limit: Array, state: Gauss
     return squashing_slope(weights @ state.mean + bias, variance, control_limit)
 
 
-def affine_metric(controls: int, state: Gaussian, phase: Array) -> Array:
-    """Return G (p, p) with d'G d = E |dW x + dB psi|^2, parameters laid out as W, then B.
+def affine_curvature(
+    policy: Policy,
+    weights: Array,
+    biases: Sequence[Array],
+    states: Sequence[Gaussian],
+    cost_weights: Array,
+) -> Array:
+    """Return the Hessian of sum_t tr(C slope W S W' slope) by W, the first of the parameters.
 
-    With z = [x, psi] that is E z z' for each of the controls, F in number.
+    Of one step it is the Kronecker product of 2 C slope slope' (F, F) and S (D, D).
+
+    Args:
+        policy: Whose parameters begin with W.
+        weights: W, shape (F, D).
+        biases: What is added to W x at each step, (F,) each.
+        states: At each of T steps.
+        cost_weights: C, shape (T, F, F).
     """
-    each = np.eye(controls)
-    second = state.covariance + np.outer(state.mean, state.mean)
-    mixed = np.kron(each, np.outer(state.mean, phase))
-    return np.block(
-        [[np.kron(each, second), mixed], [mixed.T, np.kron(each, np.outer(phase, phase))]]
+    (F, D), T = weights.shape, len(states)
+    limit = policy.control_limit
+    slopes = np.stack(
+        [
+            affine_slope(weights, bias, limit, state)
+            for bias, state in zip(biases, states, strict=True)
+        ]
     )
+    weighed = 2.0 * cost_weights * slopes[:, :, None] * slopes[:, None, :]
+    spreads = np.stack([state.covariance for state in states])
+    blocks = weighed.reshape(T, F * F).T @ spreads.reshape(T, D * D)
+    size = len(policy.parameters)
+    curvature = np.zeros((size, size))
+    by_gains = blocks.reshape(F, F, D, D).swapaxes(1, 2).reshape(F * D, F * D)
+    curvature[: F * D, : F * D] = by_gains
+    return curvature
+
+
+def affine_metric(controls: int, states: Sequence[Gaussian], phases: Array) -> Array:
+    """Return G (p, p) with d'G d = sum_t E |dW x + dB psi|^2, parameters laid out as W, then B.
+
+    With z = [x, psi] that is sum_t E z z' for each of the controls, F in number.
+
+    Args:
+        controls: F.
+        states: At each of T steps, of D dimensions.
+        phases: psi, shape (T, K).
+    """
+    inputs = np.hstack([np.stack([state.mean for state in states]), phases])
+    D, size = len(states[0].mean), inputs.shape[1]
+    second = inputs.T @ inputs
+    second[:D, :D] += np.sum([state.covariance for state in states], axis=0)
+    parameters = np.arange(controls * size)
+    gains, bumps = np.split(parameters, [controls * D])
+    own = np.hstack([gains.reshape(controls, D), bumps.reshape(controls, size - D)])
+    metric = np.zeros((len(parameters), len(parameters)))
+    metric[own[:, :, None], own[:, None, :]] = second
+    return metric
 
 
 def each_row(slope: Array, inputs: Array) -> Array:

@@ -7,7 +7,7 @@ movement that crosses its own path. The moments stay those of the linear policy.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -19,6 +19,7 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import REGISTRY, Policy
 from irlpilco_ros.learning.policies.declaration import control_limit, number, parameter
 from irlpilco_ros.learning.policies.linear import (
+    affine_curvature,
     affine_metric,
     affine_moments,
     affine_slope,
@@ -95,7 +96,7 @@ class LinearPhasePolicy(Policy):
         self, state: Gaussian, step: int, gradient: bool = True
     ) -> tuple[Moments, ParameterPullback | None]:
         """Return the exact moments of the control at a Gaussian state and a step of the trial."""
-        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        phase = self._phase(step)
         moments, pull = affine_moments(
             self.weights, self.phase_weights @ phase, self.control_limit, state
         )
@@ -112,32 +113,31 @@ class LinearPhasePolicy(Policy):
         """Return d (mean control) / d parameters, shape (F, p), with the spread held fixed."""
         bias = self._feed_forward(step)
         slope = affine_slope(self.weights, bias, self.control_limit, state)
-        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
+        phase = self._phase(step)
         return np.hstack([each_row(slope, state.mean), each_row(slope, phase)])
 
-    def spread_curvature(self, state: Gaussian, step: int, cost_weight: Array) -> Array:
-        """Return the Hessian of tr(cost_weight slope W S W' slope) by the parameters, (p, p)."""
-        slope = affine_slope(self.weights, self._feed_forward(step), self.control_limit, state)
-        curvature = np.zeros((len(self.parameters), len(self.parameters)))
-        size = self.weights.size
-        weighed = 2.0 * cost_weight * np.outer(slope, slope)
-        curvature[:size, :size] = np.kron(weighed, state.covariance)
-        return curvature
+    def spread_curvature(
+        self, states: Sequence[Gaussian], steps: Sequence[int], cost_weights: Array
+    ) -> Array:
+        """Return the Hessian of sum_t tr(cost_weights slope W S W' slope), shape (p, p)."""
+        biases = [self._feed_forward(step) for step in steps]
+        return affine_curvature(self, self.weights, biases, states, cost_weights)
 
-    def change_metric(self, state: Gaussian, step: int) -> Array:
-        """Return the mean square of a change (dW x + dB psi) at a Gaussian state, (p, p)."""
-        phase = phase_features(step, self.phase_weights.shape[1], self.horizon)
-        return affine_metric(len(self.weights), state, phase)
+    def change_metric(self, states: Sequence[Gaussian], steps: Sequence[int]) -> Array:
+        """Return the mean square of a change (dW x + dB psi) at Gaussian states, (p, p)."""
+        return affine_metric(len(self.weights), states, self._phases(steps))
 
     def _feed_forward(self, step: int) -> Array:
-        count = self.phase_weights.shape[1]
-        feed_forward: Array = self.phase_weights @ phase_features(step, count, self.horizon)
+        feed_forward: Array = self.phase_weights @ self._phase(step)
         return feed_forward
+
+    def _phase(self, step: int) -> Array:
+        """Return psi(t) of a step, shape (K,)."""
+        return phase_features(step, self.phase_weights.shape[1], self.horizon)
 
     def _phases(self, steps: Iterable[Any]) -> Array:
         """Return psi(t) of steps (n,), shape (n, K)."""
-        count = self.phase_weights.shape[1]
-        return np.stack([phase_features(int(t), count, self.horizon) for t in steps])
+        return np.stack([self._phase(int(t)) for t in steps])
 
 
 def phase_features(step: int, count: int, horizon: int) -> Array:

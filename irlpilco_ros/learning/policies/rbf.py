@@ -83,7 +83,7 @@ class RbfPolicy(Policy):
     @classmethod
     def zero(cls, task: Task, control_limit: Array, settings: Settings) -> Self:
         """Return flat bumps along the demonstration, as wide as it is long in each dimension."""
-        states = task.state_layout.policy_view(task.reference_states())
+        states = task.state_layout.policy_view(task.whole_reference_states())
         widths = np.maximum(states.std(axis=0), 1e-2) * np.sqrt(states.shape[1])
         targets = np.zeros((settings.count, task.control_size))
         centres = states[_spread_steps(settings.count, task.horizon)]

@@ -11,9 +11,11 @@ import numpy as np
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.linear_part import Identified, LinearPart, identify
 from irlpilco_ros.learning.gp.posterior import Posterior, condition
 from irlpilco_ros.learning.gp.sparse import condition_sparse, spread_points
 from irlpilco_ros.learning.gp.training import maximise_evidence
+from irlpilco_ros.learning.moments.coefficient_spread import widened
 from irlpilco_ros.learning.moments.gaussian import Moments, Pullback
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation, MomentMatching
 from irlpilco_ros.learning.numerics.arrays import Array
@@ -34,6 +36,7 @@ class DynamicsModel:
         hyperparameters: Of the kernel, per output.
         prior_mean: A of the prior mean A x, of shape (E, P); zero for a zero mean.
         posterior: The GPs of what the prior mean leaves over, conditioned on the data.
+        identified: The coefficients of a linear part, whose mean is in `prior_mean`; None without.
         notes: What had to be done to make the numbers sound, in words; empty if nothing.
         threads: How many threads a prediction may use; has no influence on the result.
     """
@@ -45,6 +48,7 @@ class DynamicsModel:
     posterior: Posterior
     notes: tuple[str, ...] = ()
     threads: int = 1
+    identified: Identified | None = None
 
     @staticmethod
     def train(
@@ -57,6 +61,7 @@ class DynamicsModel:
         max_evaluations: int = 300,
         max_exact_points: int = MAX_EXACT_POINTS,
         hyperprior: HyperpriorName = "pilco",
+        linear: LinearPart | None = None,
     ) -> DynamicsModel:
         """Return the model of most evidence.
 
@@ -72,6 +77,7 @@ class DynamicsModel:
                 points, evenly spread over the data in their order, and the model is sparse: see
                 `condition`.
             hyperprior: On the hyperparameters, before any data.
+            linear: Part of the dynamics that is linear, with coefficients to be identified.
 
         Raises:
             InvalidSettingError: if shapes disagree or the data are not finite.
@@ -89,9 +95,10 @@ class DynamicsModel:
             max_evaluations,
             threads,
             progress,
+            linear,
         )
         return DynamicsModel.condition(
-            inputs, targets, hyperparameters, prior, threads, max_exact_points
+            inputs, targets, hyperparameters, prior, threads, max_exact_points, linear
         )
 
     @staticmethod
@@ -102,6 +109,7 @@ class DynamicsModel:
         prior_mean: Array | None = None,
         threads: int = 1,
         max_exact_points: int = MAX_EXACT_POINTS,
+        linear: LinearPart | None = None,
     ) -> DynamicsModel:
         """Return the model for given hyperparameters: no search, one factorisation per output.
 
@@ -114,6 +122,7 @@ class DynamicsModel:
             max_exact_points: With more points than this the model is sparse (FITC), with this
                 many inducing points chosen to cover the data, so that the cost of a prediction
                 stops growing.
+            linear: Part that is linear, for hyperparameters that have `log_linear`.
 
         Raises:
             InvalidSettingError: if shapes disagree or the data are not finite.
@@ -122,6 +131,12 @@ class DynamicsModel:
         shape = hyperparameters.log_lengthscales.shape
         prior = np.zeros(shape) if prior_mean is None else prior_mean
         residuals = _residuals(inputs, targets, prior)
+        identified = None
+        if linear is not None:
+            some = np.linspace(0, len(inputs) - 1, min(len(inputs), max_exact_points)).astype(int)
+            identified = identify(linear, inputs[some], residuals[some], hyperparameters, threads)
+            prior = prior + identified.mean
+            residuals = residuals - inputs @ identified.mean.T
         notes: tuple[str, ...] = ()
         if len(inputs) <= max_exact_points:
             posterior = condition(inputs, residuals, hyperparameters, threads)
@@ -139,6 +154,7 @@ class DynamicsModel:
             posterior,
             notes + posterior.notes,
             threads,
+            identified,
         )
 
     def predict(
@@ -165,7 +181,10 @@ class DynamicsModel:
         Raises:
             NumericalError: if the input is not finite or its covariance is indefinite.
         """
-        return self._moment_matching.moments(mean, covariance, approximation, gradient)
+        found = self._moment_matching.moments(mean, covariance, approximation, gradient)
+        if self.identified is None:
+            return found
+        return widened(self.identified, *found, mean, covariance)
 
     @cached_property
     def _moment_matching(self) -> MomentMatching:

@@ -30,33 +30,34 @@ class ModelInput:
         covariance: Shape (P, P).
         with_state: cov(x, input), shape (D, P).
         state_jacobian: E d input / d x, through the policy too, shape (P, D).
-        control_sensitivity: Gives d (mean control) / d parameters, shape (F, p).
-        change_metric: Gives the policy's `change_metric` (p, p), if it knows one, with the state
-            spread by a standard deviation more.
-        spread_curvature: From the cost weight of control spread (F, F) to the curvature of its
-            cost by the parameters (p, p); None if the policy does not know it.
+        view: What the policy sees, sensor noise included.
     """
 
     mean: Array
     covariance: Array
     with_state: Array
     state_jacobian: Array
-    control_sensitivity: Callable[[], Array]
-    change_metric: Callable[[float], Array | None]
-    spread_curvature: Callable[[Array], Array | None]
+    view: Gaussian
 
 
 def model_input(
-    policy: Policy, state: Gaussian, t: int, layout: StateLayout, gradient: bool = True
+    policy: Policy,
+    state: Gaussian,
+    t: int,
+    layout: StateLayout,
+    noise: Array,
+    gradient: bool = True,
 ) -> tuple[ModelInput, InputPullback]:
     """Return the joint Gaussian of state and control at step t, and its pullback.
 
-    With K the policy's expected Jacobian, cov(x, u) = cov(x, policy's view) K'.
+    With K the policy's expected Jacobian, cov(x, u) = cov(x, policy's view) K'. The policy sees
+    what sensors measure: the variance of their noise in each entry, shape (V,), adds to the view's.
     """
     extended, pull_extended = extended_state(state, layout)
     known, viewed = layout.dynamics_block[1][0], layout.policy_block[1][0]
     size = layout.state_size
-    view = Gaussian(extended.mean[viewed], extended.covariance[layout.policy_block])
+    measured = extended.covariance[layout.policy_block] + np.diag(noise)
+    view = Gaussian(extended.mean[viewed], measured)
     control, pull_policy = policy.moments(view, t, gradient)
     with_view = extended.covariance[:, viewed]
     with_control = with_view @ control.jacobian.T
@@ -66,9 +67,7 @@ def model_input(
         joint_covariance(known_block, with_control[known], control.covariance),
         np.concatenate([extended.covariance[:size, known], with_control[:size]], axis=1),
         np.concatenate([extended.jacobian[known], control.jacobian @ extended.jacobian[viewed]]),
-        lambda: policy.mean_sensitivity(view, t),
-        lambda spread: policy.change_metric(_widened(view, spread), t),
-        lambda cost_weight: policy.spread_curvature(view, t, cost_weight),
+        view,
     )
     joint = _Joint(layout, with_view, with_control, control.jacobian, pull_policy, pull_extended)
     return seen, joint.pullback
@@ -128,11 +127,6 @@ def joint_covariance(first: Array, cross: Array, second: Array) -> Array:
     joint[size:, :size] = cross.T
     joint[size:, size:] = second
     return joint
-
-
-def _widened(state: Gaussian, deviation: float) -> Gaussian:
-    wider = state.covariance + deviation**2 * np.eye(len(state.mean))
-    return Gaussian(state.mean, wider)
 
 
 def extended_state(state: Gaussian, layout: StateLayout) -> tuple[Moments, ExtendPullback]:

@@ -76,6 +76,7 @@ class Objective:
         layout: What model and policy see of the state.
         cost: What the predicted trajectory costs.
         approximation: "first_order" or "exact", between the outputs of the model.
+        noise: Variance of the sensors' noise in what the policy sees, shape (V,); None for none.
     """
 
     model: Dynamics
@@ -84,6 +85,7 @@ class Objective:
     layout: StateLayout
     cost: Cost
     approximation: CovarianceApproximation = "first_order"
+    noise: Array | None = None
 
     def evaluate(self, policy: Policy, gradient: bool = True) -> Evaluation:
         """Return cost and trajectory of a policy.
@@ -99,6 +101,7 @@ class Objective:
             self.layout,
             approximation=self.approximation,
             gradient=gradient,
+            noise=self.noise,
         )
         cost = self.cost.evaluate(trajectory.means, trajectory.covariances)
         return Evaluation(policy, trajectory, cost)

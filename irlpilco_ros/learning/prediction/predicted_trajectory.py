@@ -16,8 +16,9 @@ import numpy as np
 from irlpilco_ros.learning.errors import NumericalError
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments, Pullback
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
-from irlpilco_ros.learning.numerics.arrays import Array, symmetric
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.learning.prediction.known_part import KnownPart
 from irlpilco_ros.learning.prediction.model_input import ModelInput, model_input
 from irlpilco_ros.learning.state_layout import StateLayout
 
@@ -47,14 +48,24 @@ class Step:
     Attributes:
         state: The next state.
         input: State and control together, as the model saw them.
-        jacobian: Expected Jacobian of the prediction by the model's input, shape (D, P).
+        jacobian: Expected Jacobian of the model's prediction by its input, shape (E, P).
+        known: What is known of the next state beside that.
         pullback: From the next state's adjoints to this state's and the parameters'.
     """
 
     state: Gaussian
     input: ModelInput
     jacobian: Array
+    known: KnownPart
     pullback: StepPullback
+
+    @property
+    def jacobians(self) -> tuple[Array, Array]:
+        """Expected Jacobians of the next state: by this one (D, D), and by the control (D, F).
+
+        The first goes through the policy as well.
+        """
+        return self.known.jacobians(self.input, self.jacobian)
 
 
 @dataclass(frozen=True)
@@ -65,13 +76,13 @@ class PredictedTrajectory:
         means: m[0..H], shape (H + 1, D).
         covariances: S[0..H], shape (H + 1, D, D).
         steps: The steps with their pullbacks, which work if a gradient was asked for.
-        layout: What model and policy saw of the state.
+        policy: What acted.
     """
 
     means: Array
     covariances: Array
     steps: tuple[Step, ...]
-    layout: StateLayout
+    policy: Policy
 
     def gradient(self, means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
         """Return the gradient of an objective by the policy's parameters, in a reverse sweep.
@@ -98,17 +109,15 @@ class PredictedTrajectory:
         """Return d m[t] / d theta along the expected Jacobians, shape (H + 1, D, p).
 
         With V = E df/d(x, u) and K = E du/dx:
-        d m[t+1] / d theta = (I + V_x + V_u K) d m[t] / d theta + V_u d mu_u / d theta.
+        d m[t+1] / d theta = (A + V_x + (B + V_u) K) d m[t] / d theta + (B + V_u) d mu_u / d theta,
+        A and B being what is known (`StateLayout.known_part`).
         The influence of the parameters on the means by way of the covariances is left out.
         """
-        mask = np.diag(self.layout.difference_mask)
-        known = len(self.layout.dynamics_view(self.means[0]))
         sensitivities: list[Array] = []
-        for step in self.steps:
-            by_control = step.jacobian[:, known:]
-            following = by_control @ step.input.control_sensitivity()
+        for t, step in enumerate(self.steps):
+            by_state, by_control = step.jacobians
+            following = by_control @ self.policy.mean_sensitivity(step.input.view, t)
             if sensitivities:
-                by_state = mask + step.jacobian @ step.input.state_jacobian
                 following += by_state @ sensitivities[-1]
             sensitivities.append(following)
         return np.stack([np.zeros_like(sensitivities[0]), *sensitivities])
@@ -116,24 +125,20 @@ class PredictedTrajectory:
     def spread_curvature(self, covariances_after_bar: Array) -> Array | None:
         """Return the curvature of the spread's cost by the policy's parameters, shape (p, p).
 
-        A gain K changes the spread by (I + V_x + V_u K) S (I + V_x + V_u K)', a quadratic whose
+        A gain K changes the spread by (A + V_x + (B + V_u) K) S (...)', a quadratic whose
         curvature is weighed by what the spread costs from there on, as in LQR. None if the
         policy does not know it.
 
         Args:
             covariances_after_bar: Of each step, as `gradient` returns them, shape (H, D, D).
         """
-        known = len(self.layout.dynamics_view(self.means[0]))
-        total: Array | None = None
+        control_weights = []
         for step, cost_weight in zip(self.steps, covariances_after_bar, strict=True):
-            by_control = step.jacobian[:, known:]
+            _, by_control = step.jacobians
             values, vectors = np.linalg.eigh(by_control.T @ cost_weight @ by_control)
-            control_weight = (vectors * np.maximum(values, 0.0)) @ vectors.T
-            own = step.input.spread_curvature(control_weight)
-            if own is None:
-                return None
-            total = own if total is None else total + own
-        return total
+            control_weights.append((vectors * np.maximum(values, 0.0)) @ vectors.T)
+        views = [step.input.view for step in self.steps]
+        return self.policy.spread_curvature(views, range(len(views)), np.stack(control_weights))
 
     def change_metric(self, spread: float) -> Array | None:
         """Return G (p, p): d'G d is what a change d of the parameters does to all controls.
@@ -144,13 +149,11 @@ class PredictedTrajectory:
         Args:
             spread: Standard deviation added to every state.
         """
-        total: Array | None = None
-        for step in self.steps:
-            own = step.input.change_metric(spread)
-            if own is None:
-                return None
-            total = own if total is None else total + own
-        return total
+        views = [
+            Gaussian(view.mean, view.covariance + spread**2 * np.eye(len(view.mean)))
+            for view in (step.input.view for step in self.steps)
+        ]
+        return self.policy.change_metric(views, range(len(views)))
 
 
 def predict_trajectory(
@@ -161,6 +164,7 @@ def predict_trajectory(
     layout: StateLayout,
     approximation: CovarianceApproximation = "first_order",
     gradient: bool = True,
+    noise: Array | None = None,
 ) -> PredictedTrajectory:
     """Return the states that a policy is expected to go through.
 
@@ -172,13 +176,16 @@ def predict_trajectory(
         layout: What model and policy see of the state.
         approximation: "first_order" or "exact", between the outputs of the model.
         gradient: Whether the gradient will be asked for.
+        noise: Variance of the sensors' noise in what the policy sees, shape (V,); None for none.
 
     Raises:
         NumericalError: if a predicted state is not finite.
     """
     state, steps = start, []
+    known = KnownPart.of(layout, len(policy.control_limit))
+    seen = np.zeros(len(layout.policy_inputs or ())) if noise is None else noise
     for t in range(horizon):
-        step = predict_step(model, policy, state, t, layout, approximation, gradient)
+        step = predict_step(model, policy, state, t, layout, known, seen, approximation, gradient)
         state = step.state
         if not (np.isfinite(state.mean).all() and np.isfinite(state.covariance).all()):
             raise NumericalError(
@@ -191,7 +198,7 @@ def predict_trajectory(
         np.stack([state.mean for state in states]),
         np.stack([state.covariance for state in states]),
         tuple(steps),
-        layout,
+        policy,
     )
 
 
@@ -201,39 +208,35 @@ def predict_step(
     state: Gaussian,
     t: int,
     layout: StateLayout,
+    known: KnownPart,
+    noise: Array,
     approximation: CovarianceApproximation = "first_order",
     gradient: bool = True,
 ) -> Step:
     """Return the state after step t, given the state before it.
 
-    The increment f is correlated with the state x through the model's input: with V the expected
-    Jacobian of f, cov(x, f) = cov(x, input) V', and S[t+1] = S + cov f + cov(x, f) + cov(f, x).
+    The prediction f is correlated with w = [x, u] through the model's input: with V the expected
+    Jacobian of f, cov(w, f) = cov(w, input) V', and in the terms of `KnownPart`
+    S[t+1] = M cov(w) M' + N cov(f) N' + M cov(w, f) N' + N cov(f, w) M'.
     """
-    mask = layout.difference_mask
-    both = np.outer(mask, mask)
-    seen, pull_input = model_input(policy, state, t, layout, gradient)
+    seen, pull_input = model_input(policy, state, t, layout, noise, gradient)
     change, pull_model = model.predict(
         seen.mean, seen.covariance, approximation=approximation, gradient=gradient
-    )
-    with_change = mask[:, None] * (seen.with_state @ change.jacobian.T)
-    following = Gaussian(
-        mask * state.mean + change.mean,
-        symmetric(both * state.covariance + change.covariance + with_change + with_change.T),
     )
 
     def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array, Array]:
         assert pull_model is not None
-        with_change_bar = 2.0 * mask[:, None] * covariance_bar
+        M, learned = known.matrix, known.learned
+        with_change_bar = M.T @ (2.0 * covariance_bar[:, learned])
         input_bar, input_covariance_bar = pull_model(
-            mean_bar, covariance_bar, with_change_bar.T @ seen.with_state
+            mean_bar[learned],
+            covariance_bar[learned, learned],
+            with_change_bar.T @ known.with_input(seen),
         )
-        state_bar, state_covariance_bar, parameters_bar = pull_input(
-            input_bar, input_covariance_bar, with_change_bar @ change.jacobian
-        )
-        return (
-            state_bar + mask * mean_bar,
-            state_covariance_bar + both * covariance_bar,
-            parameters_bar,
+        return known.pull(
+            (M.T @ mean_bar, M.T @ covariance_bar @ M),
+            (input_bar, input_covariance_bar, with_change_bar @ change.jacobian),
+            pull_input,
         )
 
-    return Step(following, seen, change.jacobian, pullback)
+    return Step(known.following(state, seen, change), seen, change.jacobian, known, pullback)

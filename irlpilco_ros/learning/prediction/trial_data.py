@@ -8,6 +8,7 @@ import numpy as np
 
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.rollout import Rollout
@@ -25,6 +26,7 @@ def train_on_trials(
     threads: int,
     progress: Callable[[float], None] | None = None,
     hyperprior: HyperpriorName = "pilco",
+    linear: LinearPart | None = None,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
 
@@ -36,9 +38,13 @@ def train_on_trials(
         threads: Has no influence on the result.
         progress: Told the fraction that is done.
         hyperprior: On the hyperparameters, before any data.
+        linear: Part of the dynamics that is linear, with coefficients to be identified.
     """
-    views = [layout.dynamics_view(trial.states[:-1]) for trial in trials]
-    pairs = [np.hstack([view, trial.controls]) for view, trial in zip(views, trials, strict=True)]
+    states = [layout.whole_states(trial.states, trial.controls)[:-1] for trial in trials]
+    pairs = [
+        np.hstack([layout.dynamics_view(before), trial.controls])
+        for before, trial in zip(states, trials, strict=True)
+    ]
     return DynamicsModel.train(
         np.vstack(pairs),
         np.vstack([layout.targets(trial.states) for trial in trials]),
@@ -48,4 +54,5 @@ def train_on_trials(
         progress=progress,
         hyperprior=hyperprior,
         max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
+        linear=linear,
     )

@@ -30,7 +30,7 @@ def initial_policy(task: Task, settings: LearningSettings) -> Policy:
 def open_loop_policy(task: Task) -> OpenLoopPolicy:
     """Return the replay of the demonstration's own speeds: the baseline of all learning."""
     controls = np.clip(task.demonstrated_controls(), -task.control_limit, task.control_limit)
-    return OpenLoopPolicy(controls, task.control_limit, task.state_size)
+    return OpenLoopPolicy(controls, task.control_limit, task.policy_size)
 
 
 def zero_policy(task: Task, settings: LearningSettings) -> Policy:
@@ -73,7 +73,7 @@ def fitted_policy(task: Task, settings: LearningSettings, controls: Array) -> Po
         InvalidSettingError: this kind of policy cannot be fitted.
     """
     zero = zero_policy(task, settings)
-    states = task.state_layout.policy_view(task.reference_states()[:-1])
+    states = task.state_layout.policy_view(task.whole_reference_states()[:-1])
     return _fitted(zero.fit_demonstration(states, unsquash(controls, zero.control_limit)), settings)
 
 

@@ -17,6 +17,7 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.prediction.known_part import KnownPart
 from irlpilco_ros.learning.prediction.model_input import extended_state
 from irlpilco_ros.learning.starts.initial_policy import fit_policy, policy_limit
 from irlpilco_ros.learning.task import Task
@@ -47,7 +48,7 @@ def inverse_policy(task: Task, settings: LearningSettings, model: DynamicsModel)
     """Return the policy that goes the demonstration's way and comes back to it."""
     limit = policy_limit(task, settings)
     slopes = slopes_along(task, model, limit)
-    states = task.reference_states()[:-1]
+    states = task.whole_reference_states()[:-1]
     size = np.maximum(states.std(axis=0), 1e-3)
     gains = regulator(slopes, size, limit)
     rng = np.random.default_rng(settings.seed)
@@ -76,8 +77,9 @@ def slopes_along(task: Task, model: DynamicsModel, limit: Array) -> Slopes:
         model: The dynamics model.
         limit: Largest absolute value of each control, shape (F,).
     """
-    states, layout = task.reference_states(), task.state_layout
-    targets = layout.targets(states)
+    states, layout = task.whole_reference_states(), task.state_layout
+    known_part = KnownPart.of(layout, len(limit))
+    targets = layout.targets(task.reference_states())
     scale = np.maximum(targets.std(axis=0), 1e-9)
     known = list(layout.dynamics_inputs or ())
     certain = np.zeros((len(known) + len(limit),) * 2)
@@ -97,8 +99,11 @@ def slopes_along(task: Task, model: DynamicsModel, limit: Array) -> Slopes:
             control = np.clip(control + step, -limit, limit)
         controls.append(control)
         inner = moments.jacobian[:, : len(known)] @ extended.jacobian[known]
-        by_state.append(np.diag(layout.difference_mask) + inner)
-        by_control.append(moments.jacobian[:, len(known) :])
+        following = known_part.matrix.copy()
+        following[known_part.learned, : len(state)] += inner
+        following[known_part.learned, len(state) :] += moments.jacobian[:, len(known) :]
+        by_state.append(following[:, : len(state)])
+        by_control.append(following[:, len(state) :])
     return Slopes(np.stack(controls), np.stack(by_state), np.stack(by_control))
 
 

@@ -51,6 +51,7 @@ START_SPREAD = CartPoleSettings().start_spread
 
 EXPERT_SETTINGS = LearningSettings(
     prior_mean="zero",
+    sensor_noise=False,
     hyperprior="pilco",
     policy="rbf",
     options={"rbf.count": 25},

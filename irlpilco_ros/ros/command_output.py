@@ -1,0 +1,127 @@
+"""Where the controller's commands go out, and where it hears whether anybody else commands."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from irlpilco_ros.control.motions import Command
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode, encode
+from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_COMMAND
+from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+
+_REMEMBERED = 1000  # commands of our own that may still be on their way back to us
+_LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+
+
+class CommandOutput:
+    """Publishes commands, and compares what is heard on their topic with what was sent.
+
+    The middleware does not tell who sent a message. So commands go out in an encoding of our own,
+    which comes back byte by byte, and whatever else comes is somebody else's.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        joints: Sequence[str],
+        interface: str,
+        also_velocities: bool,
+        on_stranger: Callable[[str], None],
+    ) -> None:
+        """Publish on joint_command, and listen there.
+
+        Args:
+            node: The controller.
+            joints: Those that are commanded (F).
+            interface: "velocity" or "effort".
+            also_velocities: Publish on velocity_controller/commands, too.
+            on_stranger: Called with a sentence for each command of somebody else.
+        """
+        self._node = node
+        self._joints = tuple(joints)
+        self._interface = interface
+        self._on_stranger = on_stranger
+        self._last: tuple[Command, bytes] | None = None
+        self._sent: deque[bytes] = deque(maxlen=_REMEMBERED)
+        self._commands = node.create_publisher(JointState, "joint_command", JOINT_COMMAND)
+        self._velocities = (
+            node.create_publisher(Float64MultiArray, "velocity_controller/commands", JOINT_COMMAND)
+            if also_velocities
+            else None
+        )
+        self._heard = SafeSubscription(
+            node, JointState, "joint_command", self._hear, COMMAND_RECORDING
+        )
+
+    @property
+    def last(self) -> Command | None:
+        """What was sent last, or None before anything was."""
+        return None if self._last is None else self._last[0]
+
+    def send(self, command: Command) -> None:
+        """Send a command on all outputs."""
+        if self._last is None or self._last[0] is not command:
+            self._last = command, self._encoded(command)
+            self._sent.append(self._last[1])
+        self._commands.publish(self._last[1])
+        if self._velocities is not None:
+            self._velocities.publish(Float64MultiArray(data=command.values.tolist()))
+
+    def listen(self) -> None:
+        """Hear what has been commanded up to now."""
+        self._heard.drain()
+
+    def finish(self) -> None:
+        """Wait until the last command has arrived."""
+        self._commands.wait_for_all_acked(_LAST_WORD)
+
+    def others(self) -> str:
+        """Say who else could command the robot, as far as is known; empty if nobody."""
+        own = self._node.get_fully_qualified_name()
+        nodes = self._node.get_node_names_and_namespaces()
+        if sum(_full(name, namespace) == own for name, namespace in nodes) > 1:
+            return f"there is a second node {own}; stop one of them"
+        for publisher in filter(None, (self._commands, self._velocities)):
+            topic = publisher.topic_name
+            found = self._node.get_publishers_info_by_topic(topic)
+            names = {_full(info.node_name, info.node_namespace) for info in found} - {own}
+            if names:
+                return (
+                    f"{topic} is published by {', '.join(sorted(names))}, too; stop that first "
+                    "(what was killed is forgotten after 20 s)"
+                )
+        return ""
+
+    def _encoded(self, command: Command) -> bytes:
+        values = tuple(float(value) for value in command.values)
+        velocities, efforts = ((), values) if self._interface == "effort" else (values, ())
+        message = JointStateMessage(command.stamp, self._joints, (), velocities, efforts)
+        return encode(message)
+
+    def _hear(self, data: bytes, _info: Info) -> None:
+        if data not in self._sent:
+            self._on_stranger(f"somebody else commanded the robot: {_told(data)}")
+
+
+def _told(data: bytes) -> str:
+    try:
+        message = decode(data)
+    except BagError as error:
+        return str(error)
+    values = zip(message.names, message.command, strict=False)
+    first = ", ".join(f"{name} {value:.4g}" for name, value in list(values)[:3])
+    return f"{first}{', ...' if len(message.command) > 3 else ''} on joint_command"
+
+
+def _full(name: str, namespace: str) -> str:
+    if name == _UNKNOWN:
+        return "a publisher without a node's name"
+    return f"{namespace.rstrip('/')}/{name}"
