@@ -11,7 +11,6 @@ computer finds the nodes (docs/security.md).
 """
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
@@ -40,8 +39,8 @@ ARGUMENTS = {
     "robot": (str(CONFIG / "baxter.yaml"), "Parameter file of the robot."),
     "simulator": (
         str(CONFIG / "baxter_lockstep.yaml"),
-        "Parameter file of the simulation, and of the controller in it; the default waits for the "
-        "nodes, baxter_simulator.yaml runs in real time.",
+        "Parameter file of the simulated robot; the default waits for the nodes, "
+        "baxter_simulator.yaml runs in real time.",
     ),
     "settings": (str(CONFIG / "sweep.yaml"), "Parameter file of the learner."),
     "run_directory": ("runs/sweep", "Where everything goes; a run that is there goes on."),
@@ -75,15 +74,13 @@ def nodes(values: dict[str, str], run: Path) -> list[Node]:
     learner = {"run_directory": str(run)}
     if values["demonstration"]:  # launch cannot hand over an empty text
         learner["demonstration"] = str(Path(values["demonstration"]).resolve())
-    parameters: dict[str, Sequence[str | dict[str, str]]] = {
+    parameters: dict[str, list[str | dict[str, str]]] = {
         "demonstration_recorder": [{"output_directory": str(run / "recordings")}],
         "controller": [],
         "learner": [values["settings"], learner],
     }
     if values["simulated"] == "true":
-        simulation = [values["simulator"]]
-        parameters |= {"baxter_simulator": simulation, "demonstrator": simulation}
-        parameters["controller"] = simulation
+        parameters |= {"baxter_simulator": [values["simulator"]], "demonstrator": []}
     return [
         Node(
             package=PACKAGE,

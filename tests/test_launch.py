@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from irlpilco_ros.cli import build_parser
+from irlpilco_ros.experience.parameters_file import load_parameters_file
 from irlpilco_ros.ros import discovery
 
 
@@ -125,12 +126,10 @@ def test_no_parameter_is_an_empty_text(launch):
             assert not isinstance(parameters, dict) or all(parameters.values())
 
 
-def test_a_simulation_waits_for_nodes_that_a_busy_computer_slows_down(launch):
-    """A real robot's silence is another thing: its controller keeps its own watchdog."""
-    for simulated, expected in (("true", True), ("false", False)):
-        nodes = {node.executable: node for node in of("Node", launch.start(simulated=simulated))}
-        files = [str(each) for each in nodes["controller"].parameters]
-        assert any(file.endswith("baxter_lockstep.yaml") for file in files) == expected
+def test_the_simulation_waits_for_nodes_that_a_busy_computer_slows_down(launch):
+    nodes = {node.executable: node for node in of("Node", launch.start())}
+    robot, simulation = nodes["baxter_simulator"].parameters
+    assert load_parameters_file(simulation, "baxter_simulator") == {"lockstep": True}
 
 
 def test_one_process_has_the_nodes_do_the_sweep(launch):
