@@ -128,7 +128,7 @@ def test_no_parameter_is_an_empty_text(launch):
 
 def test_the_simulation_waits_for_nodes_that_a_busy_computer_slows_down(launch):
     nodes = {node.executable: node for node in of("Node", launch.start())}
-    robot, simulation = nodes["baxter_simulator"].parameters
+    _robot, simulation = nodes["baxter_simulator"].parameters
     assert load_parameters_file(simulation, "baxter_simulator") == {"lockstep": True}
 
 
