@@ -193,10 +193,7 @@ class Apprenticeship:
         self.shown = shown
         self._robot = robot
         self._settings = settings
-        self.notes = tuple(
-            f"the demonstration: {note}"
-            for note in dict.fromkeys(n for m in shown for n in m.notes)
-        )
+        self.notes: tuple[str, ...] = ()
         begins = [float(each.samples.stamps[0]) + each.begin for each in shown]
         seconds = self.task.horizon * self.task.dt
         self._paths = PathJudge(directory, robot.roles, begins, seconds)
@@ -248,8 +245,11 @@ class Apprenticeship:
                 "to the bag of a recorded demonstration"
             )
         asked = configuration(robot, settings, topic, window)
-        directory.check_configuration(asked, replace)
-        shown = checked_demonstrations(source, robot, topic, window)
+        try:
+            shown = checked_demonstrations(source, robot, topic, window)
+        except BagError:
+            directory.check_configuration(asked, replace)  # which may be why
+            raise
         directory.claim(asked, source, replace)
         try:
             run = cls(directory, robot, settings, shown)

@@ -192,19 +192,25 @@ class RunDirectory:
     def iterations(self) -> tuple[int, ...]:
         """Return the iterations k >= 1 whose npz and policy are on disk, in order."""
         numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
-        return tuple(k for k in numbers if self.policy_file(k).exists())
+        return tuple(k for k in numbers if os.path.lexists(self.policy_file(k)))
 
     def has_learned(self) -> bool:
         """Whether a trial was recorded: from then on the demonstration stays what it is."""
-        return bool(self.trial_bags()) or self.metrics_file.exists()
+        return bool(self.trial_bags()) or os.path.lexists(self.metrics_file)
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
 
         Raises:
-            RunDirectoryError: it is not there or not readable.
+            RunDirectoryError: it is not there or not readable, or it is another iteration.
         """
-        return read_iteration_file(self.iteration_file(iteration))
+        found = read_iteration_file(self.iteration_file(iteration))
+        if found.index != iteration:
+            raise RunDirectoryError(
+                f"{self.iteration_file(iteration)} holds iteration {found.index}; files of "
+                "iterations are named by their number"
+            )
+        return found
 
     def read_policy(self, iteration: int) -> Policy:
         """Return an iteration's policy; 0 is the initial policy."""
@@ -392,7 +398,7 @@ class RunDirectory:
         Raises:
             RunDirectoryError: names the keys that differ.
         """
-        if not self.configuration_file.exists():
+        if not os.path.lexists(self.configuration_file):
             return
         before = self.configuration()
         if replace and not self.has_learned():
@@ -420,13 +426,14 @@ class RunDirectory:
             )
 
     def _claim_configuration(self, configuration: Mapping[str, Any], replace: bool) -> None:
-        if not self.configuration_file.exists() and self.has_learned():
+        begun = os.path.lexists(self.configuration_file)
+        if not begun and self.has_learned():
             raise RunDirectoryError(
                 f"{self.path} holds trials but no config.yaml; it is no run that could go on. "
                 "Choose another run directory"
             )
         self.check_configuration(configuration, replace)
-        if replace or not self.configuration_file.exists():
+        if replace or not begun:
             write_configuration(self.configuration_file, configuration)
 
     def _is_own(self, demonstration: Path) -> bool:

@@ -98,7 +98,8 @@ def shown_motion(recorded: Trajectory, wanted: Wanted) -> ShownMotion:
     samples, notes = samples_of(recorded, wanted)
     if _is_trial(recorded, wanted):
         rollout = recorded.rollout(wanted.joints, wanted.horizon or None)
-        return ShownMotion(rollout, samples, None, 0.0)
+        first = recorded.stamps[recorded.commanded][0]
+        return ShownMotion(rollout, samples, None, first - samples.stamps[0])
     if recorded.commanded.any():
         notes = (*notes, "its commands are not one per control_period, and are left out")
     motion = None

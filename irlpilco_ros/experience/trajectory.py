@@ -153,6 +153,7 @@ class Trajectory:
             IncompleteTrialError: as `rollout`, or nobody commanded the robot, or it was commanded
                 at another pace.
         """
+        self.columns(joints.names)
         decided = self.stamps[self.commanded]
         if not len(decided):
             raise IncompleteTrialError("no command was recorded: it is no trial")
