@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from irlpilco_ros.control.approach import Approach
+from irlpilco_ros.control.command_shape import mean_command
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
@@ -93,18 +94,18 @@ def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5)
         MotionStoppedError: a check stopped the robot, as it would on the real one.
     """
     states: list[Vector] = []
-    decided: list[Command] = []
+    sent: dict[int, list[Vector]] = {}
 
     def note(reading: SensorReading, command: Command) -> None:
-        if not decided or command.stamp != decided[-1].stamp:
+        if command.stamp not in sent:
             states.append(reading.state(robot.robot_settings.joints))
-            decided.append(command)
+        sent.setdefault(command.stamp, []).append(command.values)
 
     outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
     if not outcome.succeeded:
         raise MotionStoppedError(outcome.message)
-    controls = np.array([command.values for command in decided[:-1]])
-    return Rollout(states=np.array(states), controls=controls)
+    controls = [mean_command(np.array(each)) for each in sent.values()]
+    return Rollout(states=np.array(states)[: horizon + 1], controls=np.array(controls)[:horizon])
 
 
 def _carry_out(

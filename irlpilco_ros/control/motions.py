@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from irlpilco_ros.control.command_shape import command_shape
 from irlpilco_ros.control.joint_state_tracker import JointReading
 from irlpilco_ros.learning.errors import IrlPilcoError
 
@@ -70,8 +71,9 @@ class Trial:
     """Runs a policy for `horizon` ticks.
 
     Tick k is the first state at or after t0 + k period, t0 being the stamp of the first state it
-    is asked about. The tick's command goes out again with every state until the next tick. On
-    tick `horizon` it sends zero: that state is x[H].
+    is asked about. Until the next tick every state is answered with what follows from the tick's
+    decision (see `CommandShape`), stamped as the state of the tick. On tick `horizon` it sends
+    zero: that state is x[H].
     """
 
     name = "trial"
@@ -84,6 +86,7 @@ class Trial:
         self._period = round(period * 1e9)
         self._begin: int | None = None
         self._ticks = 0
+        self._shape = command_shape(policy)
         self._last = Command(0, np.zeros(0))
 
     @property
@@ -92,16 +95,18 @@ class Trial:
         return self._ticks
 
     def command(self, reading: JointReading) -> Command:
-        """Decide, if this state is a tick; else repeat the last decision.
+        """Decide, if this state is a tick; else go on by the last decision.
 
         Raises:
             MotionStoppedError: no state came during a whole period: a tick would be lost.
         """
+        if self._last.done:  # braking
+            return self._last
         if self._begin is None:
             self._begin = reading.stamp
         due = self._begin + self._ticks * self._period
         if reading.stamp < due:
-            return self._last
+            return self._between(reading.stamp)
         if reading.stamp >= due + self._period:
             late = (reading.stamp - due) * 1e-9
             raise MotionStoppedError(
@@ -111,8 +116,18 @@ class Trial:
         if self._ticks == self._horizon:
             self._last = Command(reading.stamp, np.zeros_like(self._last.values), done=True)
             return self._last
-        self._last = Command(reading.stamp, self._decide(reading.state))
+        self._shape.decide(self._decide(reading.state))
         self._ticks += 1
+        self._last = Command(reading.stamp, self._shape.at((reading.stamp - due) / self._period))
+        return self._last
+
+    def _between(self, stamp: int) -> Command:
+        """Return the command at a stamp between two ticks: the last one, if it is held."""
+        assert self._begin is not None
+        elapsed = (stamp - self._begin) / self._period - (self._ticks - 1)
+        values = self._shape.at(elapsed)
+        if not np.array_equal(values, self._last.values):
+            self._last = Command(self._last.stamp, values)
         return self._last
 
     def _decide(self, state: Vector) -> Vector:

@@ -11,7 +11,8 @@ import numpy as np
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.errors import RunDirectoryError
-from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
+from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
@@ -45,7 +46,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     found = {k: run.read_iteration(k) for k in run.iterations()}
     positions = slice(0, len(joints.names))
     shown = [trajectory.rollout(joints, horizon).states for trajectory in run.demonstrations()]
-    replay_row = run.replay_metrics()
+    replay_row = run.baseline_metrics(REPLAY)
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
@@ -61,6 +62,8 @@ def read_run(run: RunDirectory) -> RunSummary:
         settings={key: _text(value) for key, value in configuration.items()},
         demonstrations=len(shown),
         best_command=best_command(run),
+        replay_path=_path(replay_row),
+        demonstration_path=_path(run.baseline_metrics(DEMONSTRATION)),
         **_words(configuration, joints),
     )
 
@@ -112,7 +115,16 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
         robot_time=row.robot_time_s,
         model_time=row.model_s,
         policy_time=row.policy_s,
+        path=_path(row),
         notes=() if found is None else found.notes,
+    )
+
+
+def _path(row: MetricsRow | None) -> PathQuality:
+    if row is None:
+        return UNKNOWN
+    return PathQuality(
+        row.path_rmse_rad, row.path_max_rad, row.acceleration_p99, row.acceleration_max
     )
 
 

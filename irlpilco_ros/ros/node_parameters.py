@@ -1,6 +1,7 @@
 """Names of the parameters of all nodes, written by `make docs`."""
 
 NODE_PARAMETERS = (
+    "acceleration_limit",
     "approach_acceleration",
     "approach_delay",
     "approach_speed",

@@ -7,6 +7,7 @@ import pytest
 from report_runs import LATE, PREDICTED_LATE, demonstrated, write_run
 
 from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.report.read_run import read_run
 
@@ -42,6 +43,8 @@ def test_times_demonstration_and_numbers(run: RunDirectory) -> None:
     np.testing.assert_allclose(found.times, [0.0, 0.5, 1.0, 1.5, 2.0])
     np.testing.assert_allclose(found.demonstration, POSITIONS, atol=1e-12)
     assert found.last.rmse == pytest.approx(3e-3)
+    assert found.last.path == PathQuality(6e-3, 27e-3, 1.25, 43.5)
+    assert found.path_is_known
     assert found.computing_time == pytest.approx(1.5 + 2.5 + 3.0 + 5.0)
     assert found.last.notes == ("jitter 1e-6 was added",)
     assert found.settings["joints"] == "shoulder, elbow"
