@@ -404,7 +404,7 @@ class Apprenticeship:
                 self._loop.last = Iteration(0, self.directory.read_policy(0))
             else:
                 self._loop.last = self.directory.read_iteration(self.next_index)
-            self._take(self._read(trial.path), trial.path)
+            self._take(trial.rollout, trial.path)
         if self.next_index in self.directory.iterations():
             self._loop.last = self.directory.read_iteration(self.next_index)
 

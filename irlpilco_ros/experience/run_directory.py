@@ -236,16 +236,15 @@ class RunDirectory:
         joints: Joints,
         horizon: int,
         period: float | None = None,
-        smooth: bool = True,
     ) -> Rollout:
-        """Return the whole trial in a bag; arguments as `Trajectory.trial`.
+        """Return what is learned from the whole trial in a bag; arguments as `Trajectory.trial`.
 
         Raises:
             UnreadableBagError: the bag is not there, is empty or damaged.
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return self.read_path(bag).trial(joints, horizon, period, smooth)
+        return self.read_path(bag).trial(joints, horizon, period, smooth=True)
 
     def read_path(self, bag: Path) -> Trajectory:
         """Return all that a bag of the run tells of the motion; errors as `read_bag`."""
@@ -273,9 +272,13 @@ class RunDirectory:
         judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
         policies = self._policies(since) if bags else {}
-        return find_trials(
-            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon, period, False)
-        )
+
+        def read(bag: Path) -> tuple[Rollout, Rollout]:
+            path = self.read_path(bag)
+            seen = path.trial(joints, horizon, period)
+            return seen, path.trial(joints, horizon, period, smooth=True)
+
+        return find_trials(bags, policies, joints, read)
 
     def set_aside(self, bag: Path) -> Path:
         """Rename a trial's bag that cannot be read: nobody learns from it, and its data stay.

@@ -31,7 +31,7 @@ class RecordedTrial:
     Attributes:
         number: Number of its bag.
         path: Its bag.
-        rollout: What happened.
+        rollout: What is learned from it.
     """
 
     number: int
@@ -56,7 +56,7 @@ def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
     joints: Joints,
-    read: Callable[[Path], Rollout],
+    read: Callable[[Path], tuple[Rollout, Rollout]],
 ) -> TrialSearch:
     """Find the trials of policies among bags.
 
@@ -64,18 +64,19 @@ def find_trials(
         bags: Number and path of each bag, in order.
         policies: Policy of each iteration; the one that fits a trial best and has none gets it.
         joints: Joints of the run, in order.
-        read: Returns the trial in a bag, or raises BagError.
+        read: Returns the trial in a bag, as the policy saw it and as it is learned from, or raises
+            BagError.
     """
     found: dict[int, RecordedTrial] = {}
     wrong: dict[Path, BagError] = {}
     for number, path in bags:
         try:
-            rollout = read(path)
+            seen, rollout = read(path)
         except BagError as error:
             wrong[path] = error
             continue
         free = {k: policy for k, policy in sorted(policies.items()) if k not in found}
-        off = {k: departure(policy, rollout, joints) for k, policy in free.items()}
+        off = {k: departure(policy, seen, joints) for k, policy in free.items()}
         fitting = [k for k in free if off[k] <= _tolerance(free[k])]
         if fitting:
             found[min(fitting, key=off.__getitem__)] = RecordedTrial(number, path, rollout)
