@@ -28,7 +28,7 @@ from irlpilco_ros.commands.showing import show
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.best_trial import best_sentence
-from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
+from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 if TYPE_CHECKING:
@@ -48,7 +48,9 @@ examples:
   irlpilco demo
   irlpilco demo --seed 3
   irlpilco demo --settings config/thesis.yaml --position-margin -0.5 --run-directory runs/thesis
-  irlpilco demo --speed-factor 0.7 --command-lag 0.1 --run-directory runs/miscalibrated
+  irlpilco demo --preset delayed             a robot that runs 0.4 s behind
+  irlpilco demo --robot miscalibrated        joints that make 0.6 to 1.2 times the commanded speed
+  irlpilco demo --control-period 0.1         ten decisions a second
   irlpilco demo --real-time-factor 1         watch it at the robot's own speed
 """
 
@@ -143,7 +145,9 @@ class Demo:
             replay = self._replay(demonstration)
         print(f"demonstration: {summary}")
         print(metrics_table.header())
-        _print_row(replay)
+        shown = self._directory.baseline_metrics(DEMONSTRATION)
+        for row in filter(None, (shown, replay)):
+            _print_row(row)
         parameters = {"demonstration": str(demonstration)}
         self._session.run(self._session.clients.set_parameters("learner", parameters), self._check)
         printed = 0
@@ -185,7 +189,4 @@ class Demo:
 
 
 def _print_row(row: MetricsRow) -> None:
-    values = dataclasses.asdict(row)
-    if row.iteration is None:
-        values["iteration"] = REPLAY
-    print(metrics_table.row(values), flush=True)
+    print(metrics_table.row({**dataclasses.asdict(row), "iteration": row.name}), flush=True)

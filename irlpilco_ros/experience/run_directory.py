@@ -26,7 +26,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from irlpilco_ros.experience.bag_files import DAMAGED, first_free, mark, numbered_bags, suffixed
-from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.configuration import (
     differing_keys,
     read_configuration,
@@ -34,6 +34,7 @@ from irlpilco_ros.experience.configuration import (
 )
 from irlpilco_ros.experience.demonstrations import (
     copy_demonstrations,
+    demonstration_bags,
     read_demonstrations,
     same_demonstrations,
 )
@@ -191,19 +192,25 @@ class RunDirectory:
     def iterations(self) -> tuple[int, ...]:
         """Return the iterations k >= 1 whose npz and policy are on disk, in order."""
         numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
-        return tuple(k for k in numbers if self.policy_file(k).exists())
+        return tuple(k for k in numbers if os.path.lexists(self.policy_file(k)))
 
     def has_learned(self) -> bool:
         """Whether a trial was recorded: from then on the demonstration stays what it is."""
-        return bool(self.trial_bags()) or self.metrics_file.exists()
+        return bool(self.trial_bags()) or os.path.lexists(self.metrics_file)
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
 
         Raises:
-            RunDirectoryError: it is not there or not readable.
+            RunDirectoryError: it is not there or not readable, or it is another iteration.
         """
-        return read_iteration_file(self.iteration_file(iteration))
+        found = read_iteration_file(self.iteration_file(iteration))
+        if found.index != iteration:
+            raise RunDirectoryError(
+                f"{self.iteration_file(iteration)} holds iteration {found.index}; files of "
+                "iterations are named by their number"
+            )
+        return found
 
     def read_policy(self, iteration: int) -> Policy:
         """Return an iteration's policy; 0 is the initial policy."""
@@ -214,30 +221,46 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return tuple(row for row in rows if row.iteration is not None)
 
-    def replay_metrics(self) -> MetricsRow | None:
-        """Return the row of the open-loop replay, if it was done."""
+    def baseline_metrics(self, baseline: str) -> MetricsRow | None:
+        """Return the row of the replay or the demonstration, if there is one.
+
+        Args:
+            baseline: REPLAY or DEMONSTRATION.
+        """
         rows = read_metrics(self.metrics_file)
-        return next((row for row in rows if row.iteration is None), None)
+        return next((row for row in rows if row.name == baseline), None)
 
     def read_trial(
-        self, bag: Path, joints: Joints, horizon: int, period: float | None = None
+        self,
+        bag: Path,
+        joints: Joints,
+        horizon: int,
+        period: float | None = None,
     ) -> Rollout:
-        """Return the whole trial in a bag.
+        """Return what is learned from the whole trial in a bag; arguments as `Trajectory.trial`.
 
         Raises:
             UnreadableBagError: the bag is not there, is empty or damaged.
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return read_bag(bag, *self._how_to_read()).trial(joints, horizon, period)
+        return self.read_path(bag).trial(joints, horizon, period, smooth=True)
+
+    def read_path(self, bag: Path) -> Trajectory:
+        """Return all that a bag of the run tells of the motion; errors as `read_bag`."""
+        return read_path(bag, *self._how_to_read())
+
+    def demonstration_paths(self) -> tuple[Trajectory, ...]:
+        """Return all that the demonstrations tell of the motion; errors as `read_bag`."""
+        return tuple(map(self.read_path, demonstration_bags(self.demonstration_directory)))
 
     def search_trials(
         self, joints: Joints, horizon: int, since: int = 0, period: float | None = None
     ) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
 
-        A trial belongs to the iteration whose policy gives its very commands on its states
-        (to 1e-9). Bags that hold no whole trial, because the robot stopped or the recorder was
+        A trial belongs to the iteration whose policy gives its commands on its states (see
+        `find_trials`). Bags that hold no whole trial, because the robot stopped or the recorder was
         killed, stay where they are; discarded ones are passed over.
 
         Args:
@@ -249,9 +272,13 @@ class RunDirectory:
         judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
         policies = self._policies(since) if bags else {}
-        return find_trials(
-            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon, period)
-        )
+
+        def read(bag: Path) -> tuple[Rollout, Rollout]:
+            path = self.read_path(bag)
+            seen = path.trial(joints, horizon, period)
+            return seen, path.trial(joints, horizon, period, smooth=True)
+
+        return find_trials(bags, policies, joints, read)
 
     def set_aside(self, bag: Path) -> Path:
         """Rename a trial's bag that cannot be read: nobody learns from it, and its data stay.
@@ -374,7 +401,7 @@ class RunDirectory:
         Raises:
             RunDirectoryError: names the keys that differ.
         """
-        if not self.configuration_file.exists():
+        if not os.path.lexists(self.configuration_file):
             return
         before = self.configuration()
         if replace and not self.has_learned():
@@ -402,13 +429,14 @@ class RunDirectory:
             )
 
     def _claim_configuration(self, configuration: Mapping[str, Any], replace: bool) -> None:
-        if not self.configuration_file.exists() and self.has_learned():
+        begun = os.path.lexists(self.configuration_file)
+        if not begun and self.has_learned():
             raise RunDirectoryError(
                 f"{self.path} holds trials but no config.yaml; it is no run that could go on. "
                 "Choose another run directory"
             )
         self.check_configuration(configuration, replace)
-        if replace or not self.configuration_file.exists():
+        if replace or not begun:
             write_configuration(self.configuration_file, configuration)
 
     def _is_own(self, demonstration: Path) -> bool:

@@ -64,7 +64,7 @@ def train(demonstration, trials, files, out, *more):
 
 
 def errors(printed):
-    return [float(line.split()[2]) for line in printed.splitlines() if line.split()[0].isdigit()]
+    return [float(line.split()[4]) for line in printed.splitlines() if line.split()[0].isdigit()]
 
 
 @pytest.mark.parametrize(
