@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from irlpilco_ros import cli
+from irlpilco_ros.experience.parameters_file import load_parameters_file
+from irlpilco_ros.resources import config_file
 from irlpilco_ros.studies.baxter import motion
 from irlpilco_ros.studies.baxter.iterative_control import (
     GAINS,
@@ -14,7 +16,7 @@ from irlpilco_ros.studies.baxter.iterative_control import (
     improved,
     iterative_job,
 )
-from irlpilco_ros.studies.baxter.motion_bench import PERIOD, MotionBench
+from irlpilco_ros.studies.baxter.motion_bench import PERIOD, MotionBench, sweep_settings
 from irlpilco_ros.studies.baxter.motion_tables import BARS, SLACK
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.result_store import ResultStore
@@ -74,6 +76,13 @@ def test_iterative_control_makes_up_for_what_was_behind(bench):
     second = bench.run(Held(improved(bench, speeds, first, 1.0)))
     errors = [bench.measured(trial)["path"] for trial in (first, second)]
     assert errors[1] < 0.7 * errors[0]
+
+
+def test_settings_are_those_of_the_file():
+    settings = sweep_settings()
+    assert (settings.policy, settings.prior_mean) == ("smooth_phase", "identified")
+    robot = load_parameters_file(config_file("sweep.yaml"), "learner")
+    assert robot["control_period"] == PERIOD
 
 
 def test_delayed_robots_are_late_and_those_miscalibrated_differ_by_the_seed():

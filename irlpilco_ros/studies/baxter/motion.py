@@ -23,6 +23,7 @@ from irlpilco_ros.studies.baxter.motion_bench import (
     PERIOD,
     MotionBench,
     Recording,
+    sweep_settings,
 )
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
@@ -33,20 +34,6 @@ CONTROL_PERIOD = "control_period"
 OTHER_PERIODS = (0.5, 0.1)  # [s]
 OTHER_SEEDS = 3
 """Number of seeds at other control periods: the shortest takes minutes for each."""
-
-
-def motion_settings() -> LearningSettings:
-    """Return how the sweep is learned so that the arm moves smoothly, behind a delay, too."""
-    return LearningSettings(
-        policy="smooth_phase",
-        prior_mean="identified",
-        command_history=1,
-        options={
-            "feature_matching.variance_weight": 0.3,
-            "smooth_phase.count": 33,
-            "smooth_phase.blend": 0.5,
-        },
-    )
 
 
 def jobs(seeds: Sequence[int]) -> list[Job]:
@@ -75,7 +62,7 @@ def control_period_jobs(seeds: Sequence[int]) -> list[Job]:
 def _job(
     experiment: str, condition: str, robot: str, seed: int, period: float, iterations: int
 ) -> Job:
-    settings = dataclasses.replace(motion_settings(), seed=seed, threads=1)
+    settings = dataclasses.replace(sweep_settings(), seed=seed, threads=1)
     arguments = {
         "robot": robot,
         "settings": settings,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.control.motions import ActingPolicy
+from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.path_quality import MotionPath, path_quality
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.smoothing import smoothed_states
-from irlpilco_ros.learning import Rollout, Task
+from irlpilco_ros.learning import LearningSettings, Rollout, Task
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.studies.baxter.learning_run import baxter, joint_rmse, try_policy
+from irlpilco_ros.resources import config_file
+from irlpilco_ros.studies.baxter.learning_run import joint_rmse, try_policy
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration
@@ -26,7 +28,7 @@ from sim_bridge.tool_kinematics import TOOL_POINTS, ToolKinematics
 EXPERIMENT = "motion"
 ITERATIONS = 7
 PERIOD = 0.25
-"""Control period [s]."""
+"""Control period of config/sweep.yaml [s]."""
 
 BAXTER_JOINTS = Joints(ARM_JOINTS)
 
@@ -42,6 +44,22 @@ class Recording:
 
     rollout: Rollout
     path: MotionPath
+
+
+def sweep_settings() -> LearningSettings:
+    """Return how the sweep is learned, by config/sweep.yaml."""
+    return settings_from_parameters(LearningSettings, _parameters())
+
+
+def _robot_settings(period: float) -> RobotSettings:
+    """Return the robot and what of it is imitated, by the same file, with a control period [s]."""
+    return settings_from_parameters(RobotSettings, {**_parameters(), "control_period": period})
+
+
+def _parameters() -> dict[str, Any]:
+    files = ("baxter.yaml", "sweep.yaml")
+    each = [load_parameters_file(config_file(name), "learner") for name in files]
+    return {name: value for values in each for name, value in values.items()}
 
 
 class MotionBench:
@@ -66,12 +84,12 @@ class MotionBench:
         teacher = PathRecorder(self._simulation)
         shown = play_demonstration(self._simulation, dt=period, each_state=teacher.take)
         self.shown = Recording(shown, teacher.path())
-        limits = dataclasses.replace(baxter(), features="motion", control_period=period)
+        robot_settings = _robot_settings(period)
         self.task = Task(
             (self.rollout(self.shown, period),),
             period,
-            limits.control_limit,
-            limits.feature_map,
+            robot_settings.control_limit,
+            robot_settings.feature_map,
             position_noise=settings.position_noise,
             velocity_noise=settings.velocity_noise,
         )
