@@ -37,7 +37,11 @@ ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes, such as /robot."),
     "simulated": ("true", "Whether the robot is baxter_simulator, shown by demonstrator."),
     "robot": (str(CONFIG / "baxter.yaml"), "Parameter file of the robot."),
-    "simulator": (str(CONFIG / "baxter_simulator.yaml"), "Parameter file of the simulated robot."),
+    "simulator": (
+        str(CONFIG / "baxter_lockstep.yaml"),
+        "Parameter file of the simulated robot; the default waits for the nodes, "
+        "baxter_simulator.yaml runs in real time.",
+    ),
     "settings": (str(CONFIG / "sweep.yaml"), "Parameter file of the learner."),
     "run_directory": ("runs/sweep", "Where everything goes; a run that is there goes on."),
     "demonstration": ("", "Bag to learn from; empty: that of the run, else have it shown now."),

@@ -28,6 +28,16 @@ def test_what_nobody_chose_and_this_host_mean_loopback_alone(asked, closed):
     assert not warning(environment)
 
 
+def test_what_another_installation_of_this_package_set_is_kept():
+    """As when `ros2 launch` finds another one than the nodes that it starts."""
+    environment = {RANGE: "SYSTEM_DEFAULT", PROFILES[0]: "/elsewhere/this_host.xml"}
+    before = dict(environment)
+    assert not is_open(environment)
+    keep_to_this_host(environment)
+    assert not warning(environment)
+    assert environment[RANGE] == before[RANGE]
+
+
 @pytest.mark.parametrize("chosen", ["OFF", "SYSTEM_DEFAULT"])
 def test_another_range_is_a_choice(chosen):
     environment = {RANGE: chosen}
