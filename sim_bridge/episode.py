@@ -12,12 +12,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.control.approach import Approach
 from irlpilco_ros.control.command_shape import mean_command
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
     ActingPolicy,
-    Approach,
     Command,
     Motion,
     MotionStoppedError,

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.control.acceleration_limit import AccelerationLimit
+from irlpilco_ros.control.approach import Approach
 from irlpilco_ros.control.controller_settings import ControllerSettings, changed_guards
 from irlpilco_ros.control.joint_state_tracker import (
     RESTART,
@@ -70,6 +71,7 @@ class MotionControl:
         self._answered: int | None = None
         self._watched = 0.0
         self._stall_guard = StallGuard(robot.roles.commanded)
+        self._holding = np.zeros(len(robot.roles.commanded))
 
     @property
     def last(self) -> Command | None:
@@ -249,8 +251,10 @@ class MotionControl:
         if self.settings.position_margin < 0.0 and self._motion.may_push:
             return
         positions = reading.positions[self.robot.roles.commanded_columns]
-        timeout = self.settings.stall_timeout
-        self._stall_guard.check(reading.stamp, positions, command.values, timeout)
+        if isinstance(self._motion, Approach):
+            self._holding = self._motion.holding  # a trial that follows needs it as well
+        speeds = command.values - self._holding
+        self._stall_guard.check(reading.stamp, positions, speeds, self.settings.stall_timeout)
 
     def _end(self, outcome: Outcome) -> None:
         finish = self._finish

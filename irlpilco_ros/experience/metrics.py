@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import math
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import count
@@ -91,7 +92,7 @@ def read_metrics(path: Path) -> tuple[MetricsRow, ...]:
     Raises:
         RunDirectoryError: the file has other columns, or a line inside it makes no sense.
     """
-    if not path.exists():
+    if not os.path.lexists(path):
         return ()
     try:
         lines = read_text(path, _LIMIT).splitlines()

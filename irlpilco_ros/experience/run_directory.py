@@ -180,15 +180,21 @@ class RunDirectory:
     def iterations(self) -> tuple[int, ...]:
         """Return the iterations k >= 1 whose npz and policy are on disk, in order."""
         numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
-        return tuple(k for k in numbers if self.policy_file(k).exists())
+        return tuple(k for k in numbers if os.path.lexists(self.policy_file(k)))
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
 
         Raises:
-            RunDirectoryError: it is not there or not readable.
+            RunDirectoryError: it is not there or not readable, or it is another iteration.
         """
-        return read_iteration_file(self.iteration_file(iteration))
+        found = read_iteration_file(self.iteration_file(iteration))
+        if found.index != iteration:
+            raise RunDirectoryError(
+                f"{self.iteration_file(iteration)} holds iteration {found.index}; files of "
+                "iterations are named by their number"
+            )
+        return found
 
     def read_policy(self, iteration: int) -> Policy:
         """Return an iteration's policy; 0 is the initial policy."""
@@ -357,8 +363,8 @@ class RunDirectory:
         self._lock = lock
 
     def _claim_configuration(self, configuration: Mapping[str, Any]) -> None:
-        if not self.configuration_file.exists():
-            if self.trial_bags() or self.metrics_file.exists():
+        if not os.path.lexists(self.configuration_file):
+            if self.trial_bags() or os.path.lexists(self.metrics_file):
                 raise RunDirectoryError(
                     f"{self.path} holds trials but no config.yaml; it is no run that could go "
                     "on. Choose another run directory"

@@ -3,7 +3,7 @@
 NODE_PARAMETERS = (
     "acceleration_limit",
     "approach_acceleration",
-    "approach_gain",
+    "approach_delay",
     "approach_speed",
     "approach_timeout",
     "command_history",

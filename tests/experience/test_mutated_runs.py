@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import shutil
 import time
@@ -108,6 +109,54 @@ def test_a_damaged_file_is_read_or_refused_in_a_sentence(finished, tmp_path, pat
 def test_what_makes_no_sense_is_refused_by_name(copy, name, content):
     (copy / name).write_bytes(content)
     assert name in refusal(read_everything, copy)
+
+
+def fifo(path):
+    os.mkfifo(path)
+
+
+def endless(path):
+    path.symlink_to("/dev/zero")
+
+
+def loop(path):
+    path.symlink_to(path.name)
+
+
+def huge(path):
+    with path.open("wb") as stream:
+        stream.truncate(1 << 34)
+
+
+ODD = {
+    "nothing": lambda path: None,
+    "a FIFO": fifo,
+    "an endless device": endless,
+    "a link to itself": loop,
+    "a link to nothing": lambda path: path.symlink_to("nowhere"),
+    "a folder": lambda path: path.mkdir(),
+    "16 GB": huge,
+}
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_what_is_no_file_hangs_and_ends_nobody(copy, kind):
+    kept = {each: each.read_bytes() for each in copy.rglob("*.mcap")}
+    for name in ("config.yaml", "metrics.csv", "policy_001.yaml", "iterations/001.npz", ".lock"):
+        file = copy / name
+        file.rename(copy / "aside")
+        ODD[kind](file)
+        refusal(inspect, copy)
+        refusal(open_run, copy)
+        refused = refusal(read_everything, copy)
+        if kind != "nothing" and name != ".lock":
+            assert name in refused
+        if file.is_dir() and not file.is_symlink():
+            file.rmdir()
+        else:
+            file.unlink(missing_ok=True)
+        (copy / "aside").rename(file)
+    assert {each: each.read_bytes() for each in copy.rglob("*.mcap")} == kept
 
 
 def test_files_that_nobody_asked_for_are_in_nobodys_way(copy):
