@@ -14,6 +14,7 @@ from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.bag_message import BagMessage, BagTopic
 from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, encode
+from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.joints import PolicyOf
@@ -63,8 +64,8 @@ def train(demonstration, trials, files, out, *more):
     return main([*words, *more])
 
 
-def errors(printed):
-    return [float(line.split()[4]) for line in printed.splitlines() if line.split()[0].isdigit()]
+def errors(out):
+    return [row.rmse_rad for row in RunDirectory(out).metrics()]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +76,7 @@ def test_a_dense_recording_is_the_same_demonstration(recorded, files, tmp_path, 
     assert train(write_trajectory(tmp_path, shown), run / "trials", files, tmp_path / "out") == 0
     printed = capsys.readouterr()
     assert "s of motion, from " in printed.err
-    for found, row in zip(errors(printed.out), rows, strict=True):
+    for found, row in zip(errors(tmp_path / "out"), rows, strict=True):
         assert found == pytest.approx(row.rmse_rad, abs=3e-3)
 
 
@@ -95,7 +96,7 @@ def parts(bag, shown):
 def test_joints_told_in_parts_are_merged(recorded, files, tmp_path, capsys):
     bag = parts(tmp_path / "parts", dense())
     assert train(bag, recorded[0] / "trials", files, tmp_path / "out") == 0
-    assert errors(capsys.readouterr().out)[0] == pytest.approx(recorded[1][0].rmse_rad, abs=3e-3)
+    assert errors(tmp_path / "out")[0] == pytest.approx(recorded[1][0].rmse_rad, abs=3e-3)
 
 
 REFUSED = {
@@ -206,5 +207,5 @@ def test_a_turning_joint_is_learned_through_its_wrap(files, tmp_path, capsys):
     trial = dataclasses.replace(shown, commands=commands)
     write_trajectory(tmp_path / "trials", trial)
     assert train(bag, tmp_path / "trials", files, tmp_path / "out") == 0
-    (error,) = errors(capsys.readouterr().out)
+    (error,) = errors(tmp_path / "out")
     assert error == 0.0
