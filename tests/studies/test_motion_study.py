@@ -172,7 +172,10 @@ def test_where_iterative_control_is_better_is_said(store, capsys):
     good = copy.deepcopy(result(1e-5))
     for robot, seed in (("default", 0), ("default", 1), ("delayed", 0)):
         store.write(motion.motion_job(robot, seed), good)
-    assert "smaller median error of the path nowhere" in table(store, "motion", capsys)
+    text = table(store, "motion", capsys)
+    assert (
+        "on the robots default, delayed, has the smaller median error of the path: nowhere." in text
+    )
 
 
 def test_table_of_control_periods_begins_with_the_longest(store, capsys):

@@ -192,26 +192,25 @@ def _manner_table(found: dict[str, list[Result]]) -> str:
 
 def _where_it_wins(found: dict[str, list[Result]]) -> str:
     """Say where the median of iterative learning control is below that of what was learned."""
-    wins = []
-    compared = False
+    wins, compared = [], []
     for robot in ROBOTS:
         runs, iterative = found.get(robot, []), found.get(f"iterative_{robot}", [])
         if not (runs and iterative):
             continue
-        compared = True
+        compared.append(_spoken(robot))
         for way in WAYS:
             errors = np.median(best_iterative(iterative, way), axis=0)
-            for k in range(1, min(ITERATIONS + 1, len(errors))):
+            for k in range(1, len(errors)):
                 ours = float(np.median([run["rows"][k]["path"] for run in runs]))
                 if errors[k] < ours:
-                    name = f"{_spoken(robot)} at k = {k} ({_WAY_NAMES[way]}: "
-                    wins.append(f"{name}{1e3 * errors[k]:.1f} against {1e3 * ours:.1f} mrad)")
+                    numbers = f"{1e3 * errors[k]:.1f} against {1e3 * ours:.1f} mrad"
+                    wins.append(f"{_spoken(robot)} at k = {k} ({_WAY_NAMES[way]}: {numbers})")
     if not compared:
         return "Iterative learning control was not measured."
-    if not wins:
-        return "Iterative learning control has the smaller median error of the path nowhere."
-    return "Iterative learning control has the smaller median error of the path: " + (
-        "; ".join(wins) + "."
+    where = "; ".join(wins) if wins else "nowhere"
+    return (
+        f"Iterative learning control, measured on the robots {', '.join(compared)}, has the "
+        f"smaller median error of the path: {where}."
     )
 
 
