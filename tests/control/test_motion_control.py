@@ -218,6 +218,8 @@ def test_reasons_to_refuse(control, outcomes):
     assert refusal() == "no joint state yet of: elbow, wrist"
     control.take(JointStateMessage(1, ("elbow",), (0.0,), (0.0,)), now=10.0)
     assert refusal() == "no joint state yet of: wrist"
+    control.take(JointStateMessage(2, ("elbow", "wrist"), (0.0, 0.0), ()), now=10.0)
+    assert refusal().startswith("no joint state yet of: wrist; joint state has 2 names, 2 pos")
     control.take(sample(0.01, positions=(0.0, np.nan)), now=10.0)
     assert "position of joint wrist is nan" in refusal()
     control.take(sample(0.02), now=10.0)
