@@ -33,6 +33,9 @@ from irlpilco_ros.ros.discovery import keep_to_this_host
 PACKAGE = "irlpilco_ros"
 CONFIG = Path(get_package_share_directory(PACKAGE)) / "config"
 
+PATIENCE = "20"
+"""How long a process may take to end in good order before it is told again, and killed [s]."""
+
 ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes, such as /robot."),
     "simulated": ("true", "Whether the robot is baxter_simulator, shown by demonstrator."),
@@ -88,6 +91,7 @@ def nodes(values: dict[str, str], run: Path) -> list[Node]:
             namespace=values["namespace"],
             parameters=[values["robot"], *own],
             output="screen",
+            sigterm_timeout=PATIENCE,
         )
         for name, own in parameters.items()
     ]
@@ -99,7 +103,9 @@ def sweep(values: dict[str, str]) -> ExecuteProcess:
     options = ["--iterations", values["iterations"]]
     if values["namespace"]:
         options += ["--namespace", values["namespace"]]
-    return ExecuteProcess(cmd=[str(program), "sweep", *options], output="screen")
+    return ExecuteProcess(
+        cmd=[str(program), "sweep", *options], output="screen", sigterm_timeout=PATIENCE
+    )
 
 
 def ended(action: ExecuteProcess, steps: ExecuteProcess) -> RegisterEventHandler:

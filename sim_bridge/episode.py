@@ -66,6 +66,7 @@ def run_episode(
     start: ArrayLike,
     horizon: int,
     dt: float = 0.5,
+    each_state: Callable[[], None] | None = None,
 ) -> Rollout:
     """Move to the start and run one trial.
 
@@ -75,6 +76,7 @@ def run_episode(
         start: Positions (14,) of the arm joints to begin at [rad].
         horizon: Number of ticks H.
         dt: Control period [s].
+        each_state: Called at every joint state of the trial, from its first to its last.
 
     Returns:
         States (H + 1, 28) as measured at the ticks, and controls (H, 14) [rad/s].
@@ -84,10 +86,16 @@ def run_episode(
         MotionStoppedError: as `run_trial`.
     """
     move_to_start(simulation, start)
-    return run_trial(simulation, policy, horizon, dt)
+    return run_trial(simulation, policy, horizon, dt, each_state)
 
 
-def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5) -> Rollout:
+def run_trial(
+    robot: Robot,
+    policy: ActingPolicy,
+    horizon: int,
+    dt: float = 0.5,
+    each_state: Callable[[], None] | None = None,
+) -> Rollout:
     """Run one trial from where the robot is; arguments and result as `run_episode`.
 
     Raises:
@@ -100,6 +108,8 @@ def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5)
         if command.stamp not in sent:
             states.append(reading.state(robot.robot_settings.joints))
         sent.setdefault(command.stamp, []).append(command.values)
+        if each_state is not None:
+            each_state()
 
     outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
     if not outcome.succeeded:
@@ -175,7 +185,10 @@ def _with_shoulders(positions: Vector, s0: ArrayLike, s1: ArrayLike) -> Vector:
 
 
 def play_demonstration(
-    simulation: BaxterSimulation, motion: GuidedMotion | None = None, dt: float = 0.5
+    simulation: BaxterSimulation,
+    motion: GuidedMotion | None = None,
+    dt: float = 0.5,
+    each_state: Callable[[], None] | None = None,
 ) -> Rollout:
     """Guide the arms to the start of a motion and through it, as a person who teaches does.
 
@@ -183,13 +196,16 @@ def play_demonstration(
         simulation: The robot, wherever it is.
         motion: What to show; None is the sweep that comes with the package.
         dt: Sampling period [s].
+        each_state: Called at every joint state, from the start of the motion to its end.
 
     Returns:
         States (T + 1, 28) as measured every dt; the controls (T, 14) are NaN: nobody commanded.
     """
     shown = motion or load_motion()
     guide_to_start(simulation, shown)
-    return guide_through(simulation, shown, dt)
+    if each_state is not None:
+        each_state()
+    return guide_through(simulation, shown, dt, each_state)
 
 
 def guide_to_start(simulation: BaxterSimulation, motion: GuidedMotion) -> None:

@@ -97,7 +97,7 @@ def test_a_node_has_sockets_that_a_network_reaches_only_if_it_is_told_to(ros, as
     ros.wait_for_node("minimal", process)
     found = addresses(process.popen.pid)
     assert found <= at if "127.0.0.1" in at else at <= found
-    ros.wait_for(lambda: said in process.output, said)
+    ros.wait_for(lambda: said in process.output and "running" in process.output, said)
     assert bool(said) == ("computer" in process.output or "network" in process.output)
 
 
