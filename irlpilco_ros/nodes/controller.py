@@ -9,7 +9,6 @@ import sys
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.parameter import Parameter
@@ -22,7 +21,7 @@ from irlpilco_ros.control.approach import Approach
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Command, Motion, Trial
-from irlpilco_ros.control.safety import check_start, unlikely_limits
+from irlpilco_ros.control.safety import check_start
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
@@ -80,7 +79,6 @@ class Controller(SuiteNode):
             self, JointState, "joint_states", self._take, JOINT_STATES_SUB
         )
         self._times = SafeSubscription(self, TimeMessage, "/clock", self._take_time, CLOCK)
-        self._warn_of_limits(self._robot.control_limit)
         self._tell()
 
     def wind_down(self) -> None:
@@ -117,11 +115,6 @@ class Controller(SuiteNode):
     def _repeat(self) -> None:
         if self._control.motion is not None and not self._control.silence(time.monotonic()):
             self._send(self._control.last)
-
-    def _warn_of_limits(self, limits: NDArray[np.float64]) -> None:
-        warning = unlikely_limits(self._robot, limits)
-        if warning:
-            self.get_logger().warning(warning)
 
     def _send(self, command: Command | None) -> None:
         if command is not None:
@@ -196,9 +189,7 @@ class Controller(SuiteNode):
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, policy: Policy | None) -> None:
-        if policy is not None:
-            self._warn_of_limits(policy.control_limit)
+    def _policy_changed(self, _: Policy | None) -> None:
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 

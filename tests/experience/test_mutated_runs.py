@@ -27,15 +27,7 @@ SETTINGS = LearningSettings(evaluations=8, options={"linear_phase.count": 3})
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("mutated")
-    shown = toy_robot.record_demonstration(folder / "shown")
-    run = Apprenticeship.open(folder / "run", shown, toy_robot.ROBOT, SETTINGS)
-    for _ in range(2):
-        plan = run.prepare()
-        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
-    run.prepare()
-    run.close()
-    return folder / "run"
+    return toy_robot.record_run(tmp_path_factory.mktemp("mutated"), SETTINGS, 2, planned=True)
 
 
 @pytest.fixture
@@ -178,7 +170,7 @@ def test_an_iteration_that_unpacks_to_gigabytes_is_refused(copy):
     ):
         header = {"descr": "<f8", "fortran_order": False, "shape": (1 << 26,)}
         np.lib.format.write_array_header_1_0(member, header)
-        for _ in range(1 << 5):
+        for _ in range(17):
             member.write(bytes(1 << 24))
     with pytest.raises(RunDirectoryError, match=r"unpacks to \d+ bytes"):
         RunDirectory(copy).read_iteration(1)
