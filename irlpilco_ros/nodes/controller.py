@@ -138,7 +138,14 @@ class Controller(SuiteNode):
         except MotionRefusedError as error:
             return _refusal(response, str(error))
         robot = self._robot
-        trial = Trial(PolicyOf(robot.roles, policy), robot.horizon, robot.control_period)
+        horizon = self._control.settings.trial_horizon or robot.horizon
+        if not horizon:
+            return _refusal(
+                response,
+                "it is not known how many decisions a trial has; set the parameter trial_horizon, "
+                "as the learner does with its policies",
+            )
+        trial = Trial(PolicyOf(robot.roles, policy), horizon, robot.control_period)
         return await self._move(trial, response)
 
     async def _move_to_start(
