@@ -13,8 +13,9 @@ from sim_bridge.guided_motion import GuidedMotion
 from sim_bridge.hand_motion import HandMotion
 
 SWEEP = Path(__file__).parent / "demonstrations" / "sweep.yaml"
-CORNERED = SWEEP.with_name("cornered.yaml")
 """The sweep in straight lines whose corners lie 0.5 s apart, as a controller at 2 Hz moves."""
+BY_HAND = SWEEP.with_name("sweep_by_hand.yaml")
+"""The sweep as a person shows it."""
 WIPE = SWEEP.with_name("wipe.yaml")
 
 _COURSES = {"straight": GuidedMotion, "hand": HandMotion}

@@ -22,13 +22,14 @@ from irlpilco_ros.studies.baxter.robots import ROBOTS
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import BY_HAND, load_motion
 from sim_bridge.path_recorder import PathRecorder
 from sim_bridge.tool_kinematics import TOOL_POINTS, ToolKinematics
 
 EXPERIMENT = "motion"
 ITERATIONS = 7
 PERIOD = 0.25
-"""Control period of config/sweep.yaml [s]."""
+"""Control period of config/smooth_sweep.yaml [s]."""
 
 BAXTER_JOINTS = Joints(ARM_JOINTS)
 
@@ -47,7 +48,7 @@ class Recording:
 
 
 def sweep_settings() -> LearningSettings:
-    """Return how the sweep is learned, by config/sweep.yaml."""
+    """Return how the sweep is learned, by config/smooth_sweep.yaml."""
     return settings_from_parameters(LearningSettings, _parameters())
 
 
@@ -57,13 +58,13 @@ def _robot_settings(period: float) -> RobotSettings:
 
 
 def _parameters() -> dict[str, Any]:
-    files = ("baxter.yaml", "sweep.yaml")
+    files = ("baxter.yaml", "smooth_sweep.yaml")
     each = [load_parameters_file(config_file(name), "learner") for name in files]
     return {name: value for values in each for name, value in values.items()}
 
 
 class MotionBench:
-    """A robot of `ROBOTS` that has been shown the sweep.
+    """A robot of `ROBOTS` that has been shown the sweep, as a hand does.
 
     Attributes:
         task: To imitate positions and velocities at the ticks.
@@ -82,7 +83,9 @@ class MotionBench:
         self._simulation = BaxterSimulation(settings)
         self._kinematics = ToolKinematics()
         teacher = PathRecorder(self._simulation)
-        shown = play_demonstration(self._simulation, dt=period, each_state=teacher.take)
+        shown = play_demonstration(
+            self._simulation, load_motion(BY_HAND), period, each_state=teacher.take
+        )
         self.shown = Recording(shown, teacher.path())
         robot_settings = _robot_settings(period)
         self.task = Task(
