@@ -1,0 +1,217 @@
+"""Faults in a trial: of the robot, of the controller, of others on the wire, of the user."""
+
+from __future__ import annotations
+
+import dataclasses
+import resource
+import signal
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from malformed import malformed_payloads
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool
+
+from benchmarks.faults.table import Fault, Outcome
+from benchmarks.faults.workplace import CONTROLLER, ROBOT, Workplace, policy, workplace
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.recovery import recover
+from irlpilco_ros.ros.messages import time_message
+from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_PUB
+
+HELD_UP = 0.5  # [s]
+DISK_LEFT = 8192  # bytes
+
+Make = Callable[[Workplace], Any]
+
+
+def spoilt(change: Callable[[JointState], None]) -> Make:
+    """Return the fault that changes each of the robot's messages from now on."""
+
+    def fault(place: Workplace) -> None:
+        place.robot.wait_for_state()
+        place.robot.distort = change
+
+    return fault
+
+
+def silent(place: Workplace) -> None:
+    place.robot.wait_for_state()
+    place.robot.is_silent = True
+
+
+def without_wrist(message: JointState) -> None:
+    lists = (message.name, message.position, message.velocity)
+    kept = [i for i, name in enumerate(message.name) if name != "wrist"]
+    message.name, message.position, message.velocity = (
+        [values[i] for i in kept] for values in lists
+    )
+
+
+def frozen() -> Callable[[JointState], None]:
+    """Return the change by which all stamps are that of the first message."""
+    stamps: list[Any] = []
+
+    def change(message: JointState) -> None:
+        stamps.append(message.header.stamp)
+        message.header.stamp = stamps[0]
+
+    return change
+
+
+def zero_stamp(message: JointState) -> None:
+    message.header.stamp = time_message(0)
+
+
+def backwards() -> Callable[[JointState], None]:
+    """Return the change by which stamps run back by 1 ms each."""
+    stamps: list[int] = []
+
+    def change(message: JointState) -> None:
+        stamp = message.header.stamp
+        stamps.append(stamp.sec * 10**9 + stamp.nanosec)
+        message.header.stamp = time_message(stamps[0] - 1_000_000 * len(stamps))
+
+    return change
+
+
+def valued(value: float) -> Callable[[JointState], None]:
+    """Return the change by which the elbow is at this position [rad]."""
+
+    def change(message: JointState) -> None:
+        message.position[message.name.index("elbow")] = value
+
+    return change
+
+
+def unequal(message: JointState) -> None:
+    message.position = message.position[:-1]
+
+
+def held_up(place: Workplace) -> float:
+    place.controller.send(signal.SIGSTOP)
+    time.sleep(HELD_UP)
+    place.controller.send(signal.SIGCONT)
+    return time.monotonic()
+
+
+def signalled(number: int, process: str = "controller") -> Make:
+    """Return the fault that sends a signal to a node, which is started anew for the next try."""
+
+    def fault(place: Workplace) -> None:
+        node = getattr(place, process)
+        node.expected_code = None
+        node.send(number)
+        if number == signal.SIGKILL:
+            node.popen.wait()
+
+    return fault
+
+
+def set_parameters(values: dict[str, Any]) -> Make:
+    """Return the fault that sets parameters of the controller."""
+    return lambda place: assert_(place.ros.set_parameters("controller", values).successful)
+
+
+def assert_(holds: bool) -> None:
+    assert holds
+
+
+def disabled(place: Workplace) -> Callable[[], Any]:
+    place.ros.call(SetBool, "controller/enable", SetBool.Request(data=False))
+    return lambda: place.ros.call(SetBool, "controller/enable", SetBool.Request(data=True))
+
+
+def foreign_commands(place: Workplace) -> Callable[[], Any]:
+    publisher = place.ros.publisher(JointState, "joint_command", JOINT_COMMAND, subscribers=3)
+    message = JointState(name=["elbow", "wrist"], velocity=[0.05, 0.05])
+    publisher.publish(message)
+    return lambda: place.ros.node.destroy_publisher(publisher)
+
+
+def second_controller(place: Workplace) -> Callable[[], Any]:
+    other = place.ros.start(CONTROLLER, parameters=ROBOT, wait=False)
+    other.expected_code = None
+    place.ros.wait_for(lambda: "controller" in seen(place)[1:], "the second controller", 20.0)
+    return other.stop
+
+
+def seen(place: Workplace) -> list[str]:
+    return sorted(name for name in place.ros.node.get_node_names() if name == "controller")
+
+
+def malformed(place: Workplace) -> Callable[[], Any]:
+    publisher = place.ros.publisher(JointState, "joint_states", JOINT_STATES_PUB, subscribers=2)
+    for payload in malformed_payloads(("elbow", "wrist")):
+        publisher.publish(payload)
+    return lambda: place.ros.node.destroy_publisher(publisher)
+
+
+ENDING: Sequence[tuple[str, Make]] = (
+    ("the robot falls silent", silent),
+    ("one joint falls silent", spoilt(without_wrist)),
+    ("stamps stand still", lambda place: spoilt(frozen())(place)),
+    ("stamps are zero from now on", spoilt(zero_stamp)),
+    ("stamps run back, 1 ms each", lambda place: spoilt(backwards())(place)),
+    ("a position is NaN", spoilt(valued(float("nan")))),
+    ("a position is beyond its limit", spoilt(valued(2.1))),
+    ("lists of unequal length", spoilt(unequal)),
+    (f"the controller is held up for {HELD_UP:g} s (SIGSTOP), from its return on", held_up),
+    ("SIGTERM to the controller", signalled(signal.SIGTERM)),
+    ("SIGINT to the controller", signalled(signal.SIGINT)),
+    ("kill -9 of the controller, for a receiver that holds", signalled(signal.SIGKILL)),
+    ("`controller/stop`", lambda place: assert_(place.ros.trigger("controller/stop").success)),
+    ("`controller/enable` false", disabled),
+    ("the policy is changed", set_parameters(policy(0.2))),
+    ("a guard is changed (`position_margin`)", set_parameters({"position_margin": 0.06})),
+    ("somebody else publishes on `joint_command`", foreign_commands),
+    ("a second controller starts", second_controller),
+)
+"""Faults that a trial must be ended for."""
+
+LASTING: Sequence[tuple[str, Make]] = (("70 malformed messages on `joint_states`", malformed),)
+"""Faults that a trial goes on over."""
+
+
+def in_trials(tries: int, say: Callable[[Fault], None]) -> None:
+    """Make each fault so many times, and say what came of it."""
+    for group, ends in ((ENDING, True), (LASTING, False)):
+        for name, make in group:
+            with workplace() as place:
+                say(Fault(name, tuple(place.run(make, ends) for _ in range(tries))))
+
+
+def in_recordings(tries: int, say: Callable[[Fault], None]) -> None:
+    """Kill the recorder, and fill its disk, while it records a trial."""
+    with workplace() as place:
+        kill = signalled(signal.SIGKILL, "recorder")
+        outcomes = [place.run(kill, ends_trial=False) for _ in range(tries)]
+        said = {"trial": outcomes[-1].told, "recover": _recovered(place)}
+    told = f"{said['trial']}; `irlpilco recover`: {said['recover']}"
+    say(Fault("kill -9 of the recorder", (*outcomes[:-1], _with(outcomes[-1], told))))
+    with workplace() as place:
+        outcomes = []
+        for _ in range(tries):
+            outcome = place.run(_fill_disk, ends_trial=False)
+            outcomes.append(_with(outcome, place.last_stop))
+            place.recorder.kill()  # its limit with it
+    say(Fault("the recorder's disk is full", tuple(outcomes)))
+
+
+def _fill_disk(place: Workplace) -> None:
+    size = max(file.stat().st_size for file in place.bag.iterdir())
+    limit = size + DISK_LEFT
+    resource.prlimit(place.recorder.popen.pid, resource.RLIMIT_FSIZE, (limit, limit))
+
+
+def _recovered(place: Workplace) -> str:
+    try:
+        recovery = recover(place.bag)
+    except BagError as error:
+        return str(error)
+    return f"{recovery.messages} messages, {'; '.join(recovery.notes)}"
+
+
+def _with(outcome: Outcome, told: str) -> Outcome:
+    return dataclasses.replace(outcome, told=told)
