@@ -7,6 +7,7 @@ import resource
 import signal
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from malformed import malformed_payloads
@@ -16,6 +17,7 @@ from std_srvs.srv import SetBool
 from benchmarks.faults.table import Fault, Outcome
 from benchmarks.faults.workplace import CONTROLLER, ROBOT, Workplace, policy, workplace
 from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_PUB
@@ -97,14 +99,12 @@ def held_up(place: Workplace) -> float:
 
 
 def signalled(number: int, process: str = "controller") -> Make:
-    """Return the fault that sends a signal to a node, which is started anew for the next try."""
+    """Return the fault that sends a signal to a node."""
 
     def fault(place: Workplace) -> None:
         node = getattr(place, process)
         node.expected_code = None
         node.send(number)
-        if number == signal.SIGKILL:
-            node.popen.wait()
 
     return fault
 
@@ -118,34 +118,33 @@ def assert_(holds: bool) -> None:
     assert holds
 
 
-def disabled(place: Workplace) -> Callable[[], Any]:
+def disabled(place: Workplace) -> None:
     place.ros.call(SetBool, "controller/enable", SetBool.Request(data=False))
-    return lambda: place.ros.call(SetBool, "controller/enable", SetBool.Request(data=True))
 
 
-def foreign_commands(place: Workplace) -> Callable[[], Any]:
+def foreign_command(place: Workplace) -> float:
     publisher = place.ros.publisher(JointState, "joint_command", JOINT_COMMAND, subscribers=3)
-    message = JointState(name=["elbow", "wrist"], velocity=[0.05, 0.05])
-    publisher.publish(message)
-    return lambda: place.ros.node.destroy_publisher(publisher)
+    began = time.monotonic()
+    publisher.publish(JointState(name=["elbow", "wrist"], velocity=[0.05, 0.05]))
+    return began
 
 
-def second_controller(place: Workplace) -> Callable[[], Any]:
-    other = place.ros.start(CONTROLLER, parameters=ROBOT, wait=False)
-    other.expected_code = None
-    place.ros.wait_for(lambda: "controller" in seen(place)[1:], "the second controller", 20.0)
-    return other.stop
+def second_controller(place: Workplace) -> None:
+    place.ros.start(CONTROLLER, parameters=ROBOT, wait=False)
 
 
-def seen(place: Workplace) -> list[str]:
-    return sorted(name for name in place.ros.node.get_node_names() if name == "controller")
-
-
-def malformed(place: Workplace) -> Callable[[], Any]:
+def malformed(place: Workplace) -> None:
     publisher = place.ros.publisher(JointState, "joint_states", JOINT_STATES_PUB, subscribers=2)
-    for payload in malformed_payloads(("elbow", "wrist")):
+    for payload in filter(_is_malformed, malformed_payloads(("elbow", "wrist"))):
         publisher.publish(payload)
-    return lambda: place.ros.node.destroy_publisher(publisher)
+
+
+def _is_malformed(payload: bytes) -> bool:
+    try:
+        decode(payload)
+    except BagError:
+        return True
+    return False
 
 
 ENDING: Sequence[tuple[str, Make]] = (
@@ -165,12 +164,14 @@ ENDING: Sequence[tuple[str, Make]] = (
     ("`controller/enable` false", disabled),
     ("the policy is changed", set_parameters(policy(0.2))),
     ("a guard is changed (`position_margin`)", set_parameters({"position_margin": 0.06})),
-    ("somebody else publishes on `joint_command`", foreign_commands),
-    ("a second controller starts", second_controller),
+    ("somebody else publishes on `joint_command`", foreign_command),
 )
 """Faults that a trial must be ended for."""
 
-LASTING: Sequence[tuple[str, Make]] = (("70 malformed messages on `joint_states`", malformed),)
+LASTING: Sequence[tuple[str, Make]] = (
+    ("bytes on `joint_states` that are no message", malformed),
+    ("a second controller starts", second_controller),
+)
 """Faults that a trial goes on over."""
 
 
@@ -178,25 +179,32 @@ def in_trials(tries: int, say: Callable[[Fault], None]) -> None:
     """Make each fault so many times, and say what came of it."""
     for group, ends in ((ENDING, True), (LASTING, False)):
         for name, make in group:
-            with workplace() as place:
-                say(Fault(name, tuple(place.run(make, ends) for _ in range(tries))))
+            say(Fault(name, tuple(_try(make, ends) for _ in range(tries))))
 
 
 def in_recordings(tries: int, say: Callable[[Fault], None]) -> None:
     """Kill the recorder, and fill its disk, while it records a trial."""
+    say(Fault("kill -9 of the recorder", tuple(_killed() for _ in range(tries))))
+    say(Fault("the recorder's disk is full", tuple(_filled() for _ in range(tries))))
+
+
+def _try(make: Make, ends_trial: bool) -> Outcome:
     with workplace() as place:
-        kill = signalled(signal.SIGKILL, "recorder")
-        outcomes = [place.run(kill, ends_trial=False) for _ in range(tries)]
-        said = {"trial": outcomes[-1].told, "recover": _recovered(place)}
-    told = f"{said['trial']}; `irlpilco recover`: {said['recover']}"
-    say(Fault("kill -9 of the recorder", (*outcomes[:-1], _with(outcomes[-1], told))))
+        return place.run(make, ends_trial)
+
+
+def _killed() -> Outcome:
     with workplace() as place:
-        outcomes = []
-        for _ in range(tries):
-            outcome = place.run(_fill_disk, ends_trial=False)
-            outcomes.append(_with(outcome, place.last_stop))
-            place.recorder.kill()  # its limit with it
-    say(Fault("the recorder's disk is full", tuple(outcomes)))
+        outcome = place.run(signalled(signal.SIGKILL, "recorder"), ends_trial=False)
+        told = f"{outcome.told}; `irlpilco recover`: {_recovered(place.bag)}"
+        return dataclasses.replace(outcome, told=told)
+
+
+def _filled() -> Outcome:
+    with workplace() as place:
+        outcome = place.run(_fill_disk, ends_trial=False)
+        told = f"{outcome.told}; `demonstration_recorder/stop`: {place.last_stop}"
+        return dataclasses.replace(outcome, told=told)
 
 
 def _fill_disk(place: Workplace) -> None:
@@ -205,13 +213,9 @@ def _fill_disk(place: Workplace) -> None:
     resource.prlimit(place.recorder.popen.pid, resource.RLIMIT_FSIZE, (limit, limit))
 
 
-def _recovered(place: Workplace) -> str:
+def _recovered(bag: Path) -> str:
     try:
-        recovery = recover(place.bag)
+        recovery = recover(bag)
     except BagError as error:
         return str(error)
     return f"{recovery.messages} messages, {'; '.join(recovery.notes)}"
-
-
-def _with(outcome: Outcome, told: str) -> Outcome:
-    return dataclasses.replace(outcome, told=told)

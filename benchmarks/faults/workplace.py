@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -19,7 +20,7 @@ sys.path += [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "nodes")]
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from fake_robot import FakeRobot  # noqa: E402
-from ros_graph import NodeProcess, RosGraph  # noqa: E402
+from ros_graph import RosGraph  # noqa: E402
 
 from benchmarks.faults.table import Outcome  # noqa: E402
 from irlpilco_ros.experience.bag_reader import read_bag  # noqa: E402
@@ -46,6 +47,9 @@ ROBOT: dict[str, Any] = {
 UNDISTURBED = 0.5
 """How long a trial goes on before the fault [s]."""
 
+ANSWER = 40.0
+"""How long an answer is waited for; DDS takes 20 s to miss a process that was killed [s]."""
+
 WAIT = 3.0
 """How long zero velocity is waited for [s]."""
 
@@ -61,47 +65,36 @@ class Workplace:
 
     def __init__(self, ros: RosGraph, folder: Path) -> None:
         self.ros = ros
-        self.folder = folder
         self._clients = Clients(ros.node)
         self._promised: dict[str, int] = {}
         self.bag = Path()
         self.last_stop = ""
         ros.node.create_subscription(DiagnosticArray, "/diagnostics", self._hear, DIAGNOSTICS)
-        self.controller = self._start_controller()
-        self.recorder = self._start_recorder()
+        recordings = {"output_directory": str(folder / "recordings")}
+        self.controller = ros.start(CONTROLLER, parameters=ROBOT, wait=False)
+        self.recorder = ros.start(RECORDER, parameters={**ROBOT, **recordings})
+        ros.wait_for_node("controller", self.controller)
         self.robot = FakeRobot(ros, JOINTS, wall_step=0.01)
 
     def run(self, fault: Callable[[Workplace], Any], ends_trial: bool = True) -> Outcome:
         """Disturb a recorded trial; return how long the robot went on, what is lost, what is told.
 
         Args:
-            fault: Makes the fault; may return a function that ends it, or when it began [s,
-                steady clock], if that is not when it was called.
+            fault: Makes the fault; may return when it began [s, steady clock], if that is not when
+                it was called.
             ends_trial: Whether the trial has to be broken off for it.
         """
         answer = self._begin()
         began = time.monotonic()
-        mend = fault(self)
-        began = mend if isinstance(mend, float) else began
+        later = fault(self)
+        began = later if isinstance(later, float) else began
         stopped = self._wait_for_zero(began) if ends_trial else None
         if not ends_trial:
-            time.sleep(1.0)
+            time.sleep(2.0)
         told = self._told(answer, ends_trial)
-        if callable(mend):
-            mend()
-        self._settle()
+        if self.recorder.is_alive:
+            self.last_stop = self.ros.trigger("demonstration_recorder/stop").message
         return Outcome(told, stopped, self.lost(self.bag))
-
-    def call(self, service: str) -> Any:
-        """Call a std_srvs/Trigger as the command line does; return the task of what it says."""
-
-        async def answer() -> str:
-            try:
-                return await self._clients.trigger(service, 60.0)
-            except ServiceError as error:
-                return str(error)
-
-        return self.ros._executor.create_task(answer())
 
     def lost(self, bag: Path) -> int:
         """Return how many samples the recorder has told of that cannot be read."""
@@ -113,10 +106,6 @@ class Workplace:
 
     def _begin(self) -> Any:
         """Start a recorded trial that goes on for a while; on a busy computer, try again."""
-        if not self.controller.is_alive:
-            self.controller = self._start_controller()
-        if not self.recorder.is_alive:
-            self.recorder = self._start_recorder()
         robot, deadline = self.robot, time.monotonic() + 60.0
         while time.monotonic() < deadline:
             robot.positions.update(dict.fromkeys(JOINTS, 0.0))
@@ -124,7 +113,7 @@ class Workplace:
             recording = self.ros.trigger("demonstration_recorder/start")
             robot.commands.clear()
             robot.heard.clear()
-            answer = self.call("controller/run_trial")
+            answer = call(self.ros, self._clients, "controller/run_trial")
             end = time.monotonic() + 10.0
             while not answer.done() and len(robot.heard) < 3 and time.monotonic() < end:
                 time.sleep(0.01)
@@ -132,7 +121,8 @@ class Workplace:
             if recording.success and not answer.done():
                 self.bag = Path(recording.message.rpartition("bag: ")[2])
                 return answer
-            self._settle()
+            self.ros.trigger("controller/stop")
+            self.ros.trigger("demonstration_recorder/stop")
         raise RuntimeError(f"no trial went on undisturbed: {recording.message}")
 
     def _wait_for_zero(self, began: float) -> float:
@@ -146,27 +136,15 @@ class Workplace:
         return math.inf
 
     def _told(self, answer: Any, ends_trial: bool) -> str:
-        deadline = time.monotonic() + (WAIT if ends_trial else 0.0)
+        deadline = time.monotonic() + (ANSWER if ends_trial else 0.0)
         while not answer.done() and time.monotonic() < deadline:
             time.sleep(0.01)
         if answer.done():
             return str(answer.result())
-        return "" if ends_trial else "the trial goes on"
-
-    def _settle(self) -> None:
-        """End what still goes on."""
-        self.robot.distort, self.robot.is_silent = _unspoilt, False
-        if self.controller.is_alive:
-            self.ros.trigger("controller/stop")
-        if self.recorder.is_alive:
-            self.last_stop = self.ros.trigger("demonstration_recorder/stop").message
-
-    def _start_controller(self) -> NodeProcess:
-        return self.ros.start(CONTROLLER, parameters=ROBOT)
-
-    def _start_recorder(self) -> NodeProcess:
-        parameters = {**ROBOT, "output_directory": str(self.folder / "recordings")}
-        return self.ros.start(RECORDER, parameters=parameters)
+        if ends_trial:
+            return ""
+        warnings = re.findall(r"^\[WARN\].*?\]: (.*)$", self.controller.output, re.MULTILINE)
+        return "; ".join(["the trial goes on", *warnings[-1:]])
 
     def _hear(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -176,8 +154,25 @@ class Workplace:
                 self._promised[path] = int(values["samples"])
 
 
-def _unspoilt(_: Any) -> None:
-    pass
+def call(ros: RosGraph, clients: Clients, service: str, node: str = "") -> Any:
+    """Call a std_srvs/Trigger as the command line does; return the task of what it says.
+
+    Args:
+        ros: Where.
+        clients: Of the graph's own node.
+        service: Its name.
+        node: Whose it is, if that has just been started.
+    """
+
+    async def answer() -> str:
+        try:
+            if node:
+                await clients.meet({node: [service]}, 60.0)
+            return await clients.trigger(service, 120.0)
+        except ServiceError as error:
+            return str(error)
+
+    return ros._executor.create_task(answer())
 
 
 @contextmanager
