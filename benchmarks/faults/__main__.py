@@ -54,9 +54,11 @@ def main() -> int:
 
 
 def _where() -> str:
+    first = " and priority over it" if os.nice(0) < 0 else ""
     return (
-        f"Measured with {os.cpu_count()} processors ({platform.machine()}), Python "
-        f"{platform.python_version()}, ROS 2 {os.environ.get('ROS_DISTRO', 'Jazzy as wheels')}."
+        f"Measured with {os.cpu_count()} processors ({platform.machine()}), other work of a load "
+        f"average of {os.getloadavg()[0]:.0f}{first}, Python {platform.python_version()}, ROS 2 "
+        f"{os.environ.get('ROS_DISTRO', 'Jazzy as wheels')}."
     )
 
 

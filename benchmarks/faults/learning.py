@@ -67,9 +67,8 @@ class Learning:
         self.learner, self.stage = self.start_learner(), "idle"
         again = self.learn()
         rows = self.run.metrics()
-        kept = len(rows) > len(before) and repr(rows[: len(before)]) == repr(
-            before
-        )  # NaN is no NaN
+        # As texts: NaN is no NaN.
+        kept = len(rows) > len(before) and str(rows[: len(before)]) == str(before)
         sound = kept and [row.iteration for row in rows] == list(range(len(rows)))
         return Outcome(f"killed in {killed}; then {again}" if sound else "", lost=0)
 
