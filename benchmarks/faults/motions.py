@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import resource
 import signal
 import time
@@ -51,31 +52,29 @@ def without_wrist(message: JointState) -> None:
     )
 
 
-def frozen() -> Callable[[JointState], None]:
-    """Return the change by which all stamps are that of the first message."""
-    stamps: list[Any] = []
+def standing_still(place: Workplace) -> None:
+    place.robot.wait_for_state()
+    last = time_message(place.robot.states[-1][0])
 
     def change(message: JointState) -> None:
-        stamps.append(message.header.stamp)
-        message.header.stamp = stamps[0]
+        message.header.stamp = last
 
-    return change
+    place.robot.distort = change
+
+
+def running_back(place: Workplace) -> None:
+    place.robot.wait_for_state()
+    last = place.robot.states[-1][0]
+    steps = itertools.count(1)
+
+    def change(message: JointState) -> None:
+        message.header.stamp = time_message(last - 1_000_000 * next(steps))
+
+    place.robot.distort = change
 
 
 def zero_stamp(message: JointState) -> None:
     message.header.stamp = time_message(0)
-
-
-def backwards() -> Callable[[JointState], None]:
-    """Return the change by which stamps run back by 1 ms each."""
-    stamps: list[int] = []
-
-    def change(message: JointState) -> None:
-        stamp = message.header.stamp
-        stamps.append(stamp.sec * 10**9 + stamp.nanosec)
-        message.header.stamp = time_message(stamps[0] - 1_000_000 * len(stamps))
-
-    return change
 
 
 def valued(value: float) -> Callable[[JointState], None]:
@@ -150,9 +149,9 @@ def _is_malformed(payload: bytes) -> bool:
 ENDING: Sequence[tuple[str, Make]] = (
     ("the robot falls silent", silent),
     ("one joint falls silent", spoilt(without_wrist)),
-    ("stamps stand still", lambda place: spoilt(frozen())(place)),
+    ("stamps stand still", standing_still),
     ("stamps are zero from now on", spoilt(zero_stamp)),
-    ("stamps run back, 1 ms each", lambda place: spoilt(backwards())(place)),
+    ("stamps run back, 1 ms each", running_back),
     ("a position is NaN", spoilt(valued(float("nan")))),
     ("a position is beyond its limit", spoilt(valued(2.1))),
     ("lists of unequal length", spoilt(unequal)),
