@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except IrlPilcoError as error:
         print(f"irlpilco: {error}", file=sys.stderr)
         return 1
-    except ModuleNotFoundError as error:
+    except ImportError as error:
         print(f"irlpilco: {_advice(error)}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -78,11 +78,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
 
 
-def _advice(error: ModuleNotFoundError) -> str:
-    """Return what to do about a module that is not there."""
+def _advice(error: ImportError) -> str:
+    """Return what to do about a module that is not there, or cannot be loaded."""
     module = (error.name or "").partition(".")[0]
-    if module == "irlpilco_ros":  # a fault in this package, which must not be hidden
+    if module in ("irlpilco_ros", "sim_bridge"):  # a fault in this package is not to be hidden
         raise error
+    if not isinstance(error, ModuleNotFoundError):
+        reason = (str(error).splitlines() or ["no reason given"])[0]
+        return (
+            f"a Python module cannot be loaded: {reason}; use the Python for which it was "
+            "installed, such as that of the environment that `make` sets up (. .venv/bin/activate)"
+        )
     if module == "rclpy" or module.endswith(("_msgs", "_srvs", "_interfaces")):
         return (
             f"this command needs ROS 2, whose Python module {module} is not there; source it "

@@ -33,11 +33,18 @@ from irlpilco_ros.ros.discovery import keep_to_this_host
 PACKAGE = "irlpilco_ros"
 CONFIG = Path(get_package_share_directory(PACKAGE)) / "config"
 
+PATIENCE = "20"
+"""How long a process may take to end in good order before it is told again, and killed [s]."""
+
 ARGUMENTS = {
     "namespace": ("", "Namespace of all nodes, such as /robot."),
     "simulated": ("true", "Whether the robot is baxter_simulator, shown by demonstrator."),
     "robot": (str(CONFIG / "baxter.yaml"), "Parameter file of the robot."),
-    "simulator": (str(CONFIG / "baxter_simulator.yaml"), "Parameter file of the simulated robot."),
+    "simulator": (
+        str(CONFIG / "baxter_lockstep.yaml"),
+        "Parameter file of the simulated robot; the default waits for the nodes, "
+        "baxter_simulator.yaml runs in real time.",
+    ),
     "settings": (str(CONFIG / "sweep.yaml"), "Parameter file of the learner."),
     "run_directory": ("runs/sweep", "Where everything goes; a run that is there goes on."),
     "demonstration": ("", "Bag to learn from; empty: that of the run, else have it shown now."),
@@ -84,6 +91,7 @@ def nodes(values: dict[str, str], run: Path) -> list[Node]:
             namespace=values["namespace"],
             parameters=[values["robot"], *own],
             output="screen",
+            sigterm_timeout=PATIENCE,
         )
         for name, own in parameters.items()
     ]
@@ -95,7 +103,9 @@ def sweep(values: dict[str, str]) -> ExecuteProcess:
     options = ["--iterations", values["iterations"]]
     if values["namespace"]:
         options += ["--namespace", values["namespace"]]
-    return ExecuteProcess(cmd=[str(program), "sweep", *options], output="screen")
+    return ExecuteProcess(
+        cmd=[str(program), "sweep", *options], output="screen", sigterm_timeout=PATIENCE
+    )
 
 
 def ended(action: ExecuteProcess, steps: ExecuteProcess) -> RegisterEventHandler:

@@ -12,11 +12,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from irlpilco_ros.control.approach import Approach
+from irlpilco_ros.control.command_shape import mean_command
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
     ActingPolicy,
-    Approach,
     Command,
     Motion,
     MotionStoppedError,
@@ -65,6 +66,7 @@ def run_episode(
     start: ArrayLike,
     horizon: int,
     dt: float = 0.5,
+    each_state: Callable[[], None] | None = None,
 ) -> Rollout:
     """Move to the start and run one trial.
 
@@ -74,6 +76,7 @@ def run_episode(
         start: Positions (14,) of the arm joints to begin at [rad].
         horizon: Number of ticks H.
         dt: Control period [s].
+        each_state: Called at every joint state of the trial, from its first to its last.
 
     Returns:
         States (H + 1, 28) as measured at the ticks, and controls (H, 14) [rad/s].
@@ -83,28 +86,36 @@ def run_episode(
         MotionStoppedError: as `run_trial`.
     """
     move_to_start(simulation, start)
-    return run_trial(simulation, policy, horizon, dt)
+    return run_trial(simulation, policy, horizon, dt, each_state)
 
 
-def run_trial(robot: Robot, policy: ActingPolicy, horizon: int, dt: float = 0.5) -> Rollout:
+def run_trial(
+    robot: Robot,
+    policy: ActingPolicy,
+    horizon: int,
+    dt: float = 0.5,
+    each_state: Callable[[], None] | None = None,
+) -> Rollout:
     """Run one trial from where the robot is; arguments and result as `run_episode`.
 
     Raises:
         MotionStoppedError: a check stopped the robot, as it would on the real one.
     """
     states: list[Vector] = []
-    decided: list[Command] = []
+    sent: dict[int, list[Vector]] = {}
 
     def note(reading: SensorReading, command: Command) -> None:
-        if not decided or command.stamp != decided[-1].stamp:
+        if command.stamp not in sent:
             states.append(reading.state(robot.robot_settings.joints))
-            decided.append(command)
+        sent.setdefault(command.stamp, []).append(command.values)
+        if each_state is not None:
+            each_state()
 
     outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
     if not outcome.succeeded:
         raise MotionStoppedError(outcome.message)
-    controls = np.array([command.values for command in decided[:-1]])
-    return Rollout(states=np.array(states), controls=controls)
+    controls = [mean_command(np.array(each)) for each in sent.values()]
+    return Rollout(states=np.array(states)[: horizon + 1], controls=np.array(controls)[:horizon])
 
 
 def _carry_out(
@@ -174,7 +185,10 @@ def _with_shoulders(positions: Vector, s0: ArrayLike, s1: ArrayLike) -> Vector:
 
 
 def play_demonstration(
-    simulation: BaxterSimulation, motion: GuidedMotion | None = None, dt: float = 0.5
+    simulation: BaxterSimulation,
+    motion: GuidedMotion | None = None,
+    dt: float = 0.5,
+    each_state: Callable[[], None] | None = None,
 ) -> Rollout:
     """Guide the arms to the start of a motion and through it, as a person who teaches does.
 
@@ -182,13 +196,16 @@ def play_demonstration(
         simulation: The robot, wherever it is.
         motion: What to show; None is the sweep that comes with the package.
         dt: Sampling period [s].
+        each_state: Called at every joint state, from the start of the motion to its end.
 
     Returns:
         States (T + 1, 28) as measured every dt; the controls (T, 14) are NaN: nobody commanded.
     """
     shown = motion or load_motion()
     guide_to_start(simulation, shown)
-    return guide_through(simulation, shown, dt)
+    if each_state is not None:
+        each_state()
+    return guide_through(simulation, shown, dt, each_state)
 
 
 def guide_to_start(simulation: BaxterSimulation, motion: GuidedMotion) -> None:

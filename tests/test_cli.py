@@ -71,7 +71,7 @@ def test_the_version_is_that_of_the_package(capsys, repository):
     assert capsys.readouterr().out == f"irlpilco {version[1]}\n"
 
 
-@pytest.mark.parametrize("command", [["demo"], ["learn"]])
+@pytest.mark.parametrize("command", [["demo"], ["sweep"], ["learn"]])
 def test_without_rclpy_it_says_what_to_do(tmp_path, command):
     (tmp_path / "rclpy.py").write_text("raise ModuleNotFoundError('no rclpy', name='rclpy')")
     done = subprocess.run(
@@ -85,6 +85,21 @@ def test_without_rclpy_it_says_what_to_do(tmp_path, command):
     assert done.stderr.startswith("irlpilco: this command needs ROS 2")
     assert done.stderr.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir() if path.name != "__pycache__"] == ["rclpy.py"]
+
+
+def test_an_rclpy_of_another_python_is_one_line(tmp_path):
+    (tmp_path / "rclpy.py").write_text("raise ImportError('librcl.so: not found\\nread a page')")
+    done = subprocess.run(
+        [sys.executable, "-m", "irlpilco_ros.cli", "learn"],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith(
+        "irlpilco: a Python module cannot be loaded: librcl.so: not found;"
+    )
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("words", [["report"], ["demo", "--run-directory"]])
@@ -102,6 +117,7 @@ def test_a_path_through_a_file_is_one_line(capsys, tmp_path, words):
         ["demo", "--iterations", "-1"],
         ["demo", "--seed", "-1"],
         ["learn", "--iterations", "0"],
+        ["sweep", "--iterations", "0"],
         ["study", "baxter", "--seeds", "-3"],
         ["study", "baxter", "--processes", "0"],
         ["cart-pole", "--seeds", "0"],

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from irlpilco_ros.cli import build_parser
+from irlpilco_ros.experience.parameters_file import load_parameters_file
 from irlpilco_ros.ros import discovery
 
 
@@ -123,6 +124,12 @@ def test_no_parameter_is_an_empty_text(launch):
     for node in of("Node", launch.start()):
         for parameters in node.parameters:
             assert not isinstance(parameters, dict) or all(parameters.values())
+
+
+def test_the_simulation_waits_for_nodes_that_a_busy_computer_slows_down(launch):
+    nodes = {node.executable: node for node in of("Node", launch.start())}
+    _robot, simulation = nodes["baxter_simulator"].parameters
+    assert load_parameters_file(simulation, "baxter_simulator") == {"lockstep": True}
 
 
 def test_one_process_has_the_nodes_do_the_sweep(launch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import configparser
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -79,6 +80,18 @@ def test_version_and_license_are_the_same_everywhere(repository):
         value = package.findtext(key)
         assert value == (__version__ if key == "version" else setup["metadata"][key])
         assert value == citation["title" if key == "name" else key]
+
+
+def test_colcon_can_build_with_the_setuptools_beside_a_ros_from_apt(repository):
+    """colcon-core wants less than 80, which has no `develop --editable` (--symlink-install)."""
+    pins = dict(
+        line.partition(" ;")[0].split("==")
+        for line in (repository / "requirements/system-ros.lock").read_text().splitlines()
+    )
+    wanted = (repository / "requirements/colcon.in").read_text().splitlines()[-1]
+    assert wanted == "setuptools<80"
+    assert int(pins["setuptools"].partition(".")[0]) < 80
+    assert re.search(r"system-ros\.lock .*\bcolcon\.in", (repository / "tools/lock.sh").read_text())
 
 
 def test_the_package_is_in_the_ament_index(prefix, environment, tmp_path):

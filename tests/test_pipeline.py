@@ -17,6 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.metrics import DEMONSTRATION
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.ros.learner_progress import LearnerProgress
@@ -153,6 +154,12 @@ def test_two_iterations_while_the_learner_stays_responsive(pipeline):
     assert rows[2].rmse_rad < 0.03
     assert np.all(np.diff([row.margin for row in rows]) <= 1e-12)  # equal, to rounding, if no gain
     assert rows[2].rmse_rad < rows[0].rmse_rad
+    shown = pipeline.run.baseline_metrics(DEMONSTRATION)
+    assert shown.path_rmse_rad == 0.0
+    for row in rows:
+        assert 0.9 * row.rmse_rad < row.path_rmse_rad < row.path_max_rad < 0.3
+        assert 0.1 < row.acceleration_p99 < row.acceleration_max
+        assert row.acceleration_max > shown.acceleration_p99
 
 
 def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
@@ -166,7 +173,10 @@ def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
         name = f"policy_{iteration:03d}.yaml"
         assert (tmp_path / "out" / name).read_bytes() == (pipeline.run.path / name).read_bytes()
     trained = RunDirectory(tmp_path / "out").metrics()
-    assert [row.mse for row in trained] == [row.mse for row in pipeline.run.metrics()]
+    for name in ("mse", "path_rmse_rad", "acceleration_max"):
+        assert [getattr(row, name) for row in trained] == [
+            getattr(row, name) for row in pipeline.run.metrics()
+        ]
 
 
 def test_a_learner_told_to_stop_while_computing_stops_at_once(pipeline):

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.learning.learning_settings import LearningSettings
 
 JOINTS = ("shoulder", "elbow")
 HORIZON = 6
@@ -74,3 +76,18 @@ def record_trial(plan, folder: Path, steps: int = HORIZON) -> Path:
     start, iteration = plan.parameters["start_position"], plan.iteration
     trial = trial_of(iteration.policy, start, seed=iteration.index, steps=steps)
     return write_trajectory(folder, trial)
+
+
+def record_run(
+    folder: Path, settings: LearningSettings, trials: int, planned: bool = False
+) -> Path:
+    """Return a new run of so many judged trials; planned: the next policy is written, too."""
+    shown = record_demonstration(folder / "shown")
+    run = Apprenticeship.open(folder / "run", shown, ROBOT, settings)
+    for _ in range(trials):
+        plan = run.prepare()
+        run.finish(record_trial(plan, run.directory.trials_directory))
+    if planned:
+        run.prepare()
+    run.close()
+    return folder / "run"

@@ -13,5 +13,5 @@ compile() {
     --output-file "$output" "$@"
 }
 compile wheels.lock project.in ros.in
-compile system-ros.lock project.in oldest.in
+compile system-ros.lock project.in oldest.in colcon.in
 compile oldest.lock project.in ros.in oldest.in

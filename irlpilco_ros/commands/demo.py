@@ -28,7 +28,7 @@ from irlpilco_ros.commands.showing import show
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.best_trial import best_sentence
-from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
+from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 if TYPE_CHECKING:
@@ -143,7 +143,9 @@ class Demo:
             replay = self._replay(demonstration)
         print(f"demonstration: {summary}")
         print(metrics_table.header())
-        _print_row(replay)
+        shown = self._directory.baseline_metrics(DEMONSTRATION)
+        for row in filter(None, (shown, replay)):
+            _print_row(row)
         parameters = {"demonstration": str(demonstration)}
         self._session.run(self._session.clients.set_parameters("learner", parameters), self._check)
         printed = 0
@@ -185,7 +187,4 @@ class Demo:
 
 
 def _print_row(row: MetricsRow) -> None:
-    values = dataclasses.asdict(row)
-    if row.iteration is None:
-        values["iteration"] = REPLAY
-    print(metrics_table.row(values), flush=True)
+    print(metrics_table.row({**dataclasses.asdict(row), "iteration": row.name}), flush=True)

@@ -8,15 +8,18 @@ from collections.abc import Mapping
 COLUMNS = (
     ("iteration", "iteration", "s"),
     ("trial", "trial", "s"),
-    ("rmse_rad", "RMSE [rad]", ".4f"),
-    ("mse", "error (6.1)", ".2e"),
-    ("margin", "margin", ".2e"),
-    ("cost", "cost", ".4g"),
+    ("path_rmse_rad", "path [rad]", ".4f"),
+    ("path_max_rad", "most [rad]", ".4f"),
+    ("rmse_rad", "ticks [rad]", ".4f"),
+    ("acceleration_p99", "p99 [rad/s²]", ".2f"),
+    ("acceleration_max", "most [rad/s²]", ".1f"),
+    ("margin", "margin", ".1e"),
+    ("cost", "cost", ".3g"),
     ("robot_time_s", "robot [s]", ".0f"),
     ("model_s", "model [s]", ".1f"),
     ("policy_s", "policy [s]", ".1f"),
 )
-"""Column of metrics.csv, heading, and format of its values."""
+"""Column of metrics.csv, heading, and format of its values; the path stands before the ticks."""
 
 
 def header() -> str:
@@ -31,7 +34,7 @@ def row(values: Mapping[str, object]) -> str:
 
 
 def _width(heading: str) -> int:
-    return max(len(heading), 9)
+    return max(len(heading), 7)
 
 
 def _cell(value: object, form: str) -> str:

@@ -6,13 +6,14 @@ from what it was to
 
     e[k] = (u[k] - mean of c over the period - r/2 e[k-1]) / (1 - r/2),
 
-so that the mean command of the period is u[k]. Before the trial the robot stands: e[-1] = -c(0).
-With r = 0 and no c that is a command held for the period.
+so that the mean command of the period is u[k], as long as no command is beyond the policy's limit.
+Before the trial the robot stands: e[-1] = -c(0). With r = 0 and no c that is a command held for the
+period.
 """
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,13 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _TIMES, _SHARES = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS  # of a period, for its mean
 
 
+@runtime_checkable
 class ShapedPolicy(Protocol):
-    """What the shape of commands needs of a policy."""
+    """A policy that knows what to command between its decisions."""
+
+    @property
+    def control_limit(self) -> Vector:
+        """Largest absolute value of each control, shape (F,)."""
 
     @property
     def blend(self) -> float:
@@ -32,6 +38,27 @@ class ShapedPolicy(Protocol):
 
     def between(self, time: float) -> Vector:
         """Return the part of the control (F,) that depends on time alone [control periods]."""
+
+
+class HeldCommand:
+    """Each decision is held until the next one."""
+
+    def __init__(self) -> None:
+        """Begin at rest."""
+        self._control = np.zeros(0)
+
+    def decide(self, control: Vector) -> None:
+        """Take the decision of the next tick, controls (F,)."""
+        self._control = control
+
+    def at(self, elapsed: float) -> Vector:
+        """Return the command (F,)."""
+        return self._control
+
+
+def command_shape(policy: object) -> HeldCommand | CommandShape:
+    """Return the shape of the commands in one trial of a policy."""
+    return CommandShape(policy) if isinstance(policy, ShapedPolicy) else HeldCommand()
 
 
 class CommandShape:
@@ -56,8 +83,26 @@ class CommandShape:
 
     def at(self, elapsed: float) -> Vector:
         """Return the command (F,) at a time since the last tick, in control periods."""
-        share = min(elapsed / self._blend, 1.0) if self._blend > 0.0 else 1.0
-        smooth = share * share * (3.0 - 2.0 * share)
-        blended = self._before + smooth * (self._target - self._before)
-        command: Vector = self._policy.between(self._tick + elapsed) + blended
+        wanted = self._policy.between(self._tick + elapsed) + self._added(elapsed)
+        limit = self._policy.control_limit
+        command: Vector = np.clip(wanted, -limit, limit)
         return command
+
+    def _added(self, elapsed: float) -> Vector:
+        """Return e (F,)."""
+        if elapsed >= self._blend:
+            return self._target
+        share = elapsed / self._blend
+        smooth = share * share * (3.0 - 2.0 * share)
+        return self._before + smooth * (self._target - self._before)
+
+
+def mean_command(sent: Vector) -> Vector:
+    """Return the mean (F,) of the commands (n, F) that answered the states of a period.
+
+    That is what a dynamics model learns from. One that was held is its own mean, to the last bit.
+    """
+    if (sent == sent[0]).all():
+        return np.array(sent[0])
+    mean: Vector = sent.mean(axis=0)
+    return mean

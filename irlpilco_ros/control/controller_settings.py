@@ -21,7 +21,7 @@ class ControllerSettings:
         unit="rad",
     )
     start_tolerance: float = setting(
-        0.002,
+        0.001,
         "How near to its start position each joint must come for move_to_start to succeed. Smaller "
         "takes longer, and is never reached below the noise of measured positions.",
         unit="rad",
@@ -58,13 +58,12 @@ class ControllerSettings:
         minimum=0.01,
         maximum=100.0,
     )
-    approach_gain: float = setting(
-        3.0,
-        "Speed per distance left near the start. Larger arrives sooner, and overshoots on a slow "
-        "servo.",
-        unit="1/s",
-        minimum=0.1,
-        maximum=20.0,
+    approach_delay: float = setting(
+        0.6,
+        "Longest time from a command to its effect that the way to the start allows for.",
+        unit="s",
+        minimum=0.0,
+        maximum=5.0,
     )
     approach_timeout: float = setting(
         60.0,

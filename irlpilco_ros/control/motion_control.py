@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irlpilco_ros.control.acceleration_limit import AccelerationLimit
+from irlpilco_ros.control.approach import Approach
 from irlpilco_ros.control.controller_settings import ControllerSettings, changed_guards
 from irlpilco_ros.control.joint_state_tracker import (
     RESTART,
@@ -65,9 +67,11 @@ class MotionControl:
         self._last: Command | None = None
         self._finish: Callable[[Outcome], None] | None = None
         self._liveness = Liveness(self._tracker)
+        self._acceleration = AccelerationLimit(robot.acceleration_limits)
         self._answered: int | None = None
         self._watched = 0.0
         self._stall_guard = StallGuard(robot.roles.commanded)
+        self._holding = np.zeros(len(robot.roles.commanded))
 
     @property
     def last(self) -> Command | None:
@@ -122,6 +126,7 @@ class MotionControl:
         """
         self._check_ready(now)
         self._motion, self._finish, self._last = motion, finish, None
+        self._acceleration = AccelerationLimit(self.robot.acceleration_limits)
         stamp = self._tracker.stamp
         assert stamp is not None  # it is ready
         self._liveness.note_command(now, stamp)
@@ -154,7 +159,7 @@ class MotionControl:
                 return None
             self._answered = reading.stamp
             self._check_presence(reading.stamp, now)
-            command = self._motion.command(reading)
+            command = self._limited(self._motion.command(reading), reading)
             check_command(self.robot, self.settings.position_margin, reading, command.values)
             self._check_stall(reading, command)
         except MotionStoppedError as error:
@@ -196,6 +201,13 @@ class MotionControl:
         return self._liveness.silence(
             now, self.settings.state_timeout, is_moving=self._motion is not None
         )
+
+    def _limited(self, command: Command, reading: JointReading) -> Command:
+        """Return the command within the acceleration limit; a motion ends when it has braked."""
+        values = self._acceleration.limited(reading.stamp, command.values)
+        if np.array_equal(values, command.values):
+            return command
+        return Command(command.stamp, values)
 
     def _check_ready(self, now: float) -> None:
         if not self.settings.enabled:
@@ -239,8 +251,10 @@ class MotionControl:
         if self.settings.position_margin < 0.0 and self._motion.may_push:
             return
         positions = reading.positions[self.robot.roles.commanded_columns]
-        timeout = self.settings.stall_timeout
-        self._stall_guard.check(reading.stamp, positions, command.values, timeout)
+        if isinstance(self._motion, Approach):
+            self._holding = self._motion.holding  # a trial that follows needs it as well
+        speeds = command.values - self._holding
+        self._stall_guard.check(reading.stamp, positions, speeds, self.settings.stall_timeout)
 
     def _end(self, outcome: Outcome) -> None:
         finish = self._finish

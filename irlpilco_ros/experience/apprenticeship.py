@@ -24,7 +24,9 @@ from irlpilco_ros.experience.errors import (
     RunDirectoryError,
     UnreadableBagError,
 )
-from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow, with_path
+from irlpilco_ros.experience.path_judge import PathJudge
+from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
@@ -75,12 +77,19 @@ class TrialReport:
         """Return one readable line."""
         row = self.row
         line = (
-            f"iteration {row.iteration}: trial {row.trial:03d} is {row.rmse_rad:.4f} rad off "
+            f"iteration {row.iteration}: trial {row.trial:03d} is {_off(row)} "
             f"(RMSE; error (6.1) {row.mse:.2e}), margin {row.margin:.2e}, cost {row.cost:.4g}, "
             f"{row.robot_time_s:g} s of robot time so far, {row.model_s:.1f} s in the model and "
             f"{row.policy_s:.1f} s in the policy"
         )
         return "; ".join([line, *self.notes])
+
+
+def _off(row: MetricsRow) -> str:
+    """Say how far off a trial was: on its path if that is known, and at the decisions."""
+    if math.isnan(row.path_rmse_rad):
+        return f"{row.rmse_rad:.4f} rad off"
+    return f"{row.path_rmse_rad:.4f} rad off on its path, {row.rmse_rad:.4f} at the decisions"
 
 
 def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
@@ -147,6 +156,9 @@ class Apprenticeship:
         self._robot = robot
         self._settings = settings
         self.notes: tuple[str, ...] = ()
+        begins = [shown.stamps[0] for shown in directory.demonstrations()]
+        seconds = self.task.horizon * self.task.dt
+        self._paths = PathJudge(directory, robot.roles, begins, seconds)
         trials = self._rollouts()
         self._loop = LearningLoop(
             self.task, settings, trials, self._last(len(trials)), self._best()
@@ -227,7 +239,7 @@ class Apprenticeship:
             IncompleteTrialError: the bag holds no whole trial; it stays, and the trial of this
                 iteration is still to be done.
         """
-        report = self._take(self._read(bag), bag_number(bag))
+        report = self._take(self._read(bag), bag)
         if self.next_index in self.directory.iterations():  # a trial that was lost is done again
             self._judge_the_unjudged()
         return report
@@ -246,8 +258,17 @@ class Apprenticeship:
         off, mse = joint_rmse(self.task, rollout, self._robot), judge(self.task, rollout).mse
         nan = math.nan
         row = MetricsRow(None, bag_number(bag), off, mse, nan, nan, 0.0, 0.0, 0.0)
-        self.directory.append_metrics(row)
-        return row
+        return self._append(row, self._paths.trial(bag))
+
+    def _append(self, row: MetricsRow, path: PathQuality) -> MetricsRow:
+        """Write a row with what is known of the path; before the first one, the demonstration's."""
+        if self.directory.baseline_metrics(DEMONSTRATION) is None:
+            nan = math.nan
+            shown = MetricsRow(None, 0, 0.0, 0.0, nan, nan, 0.0, 0.0, 0.0, baseline=DEMONSTRATION)
+            self.directory.append_metrics(with_path(shown, self._paths.demonstration()))
+        whole = with_path(row, path)
+        self.directory.append_metrics(whole)
+        return whole
 
     def _last(self, trials: int) -> Iteration | None:
         """Return what was learned from that many trials, or from one less, if anything was."""
@@ -320,7 +341,7 @@ class Apprenticeship:
                 self._loop.last = Iteration(0, self.directory.read_policy(0))
             else:
                 self._loop.last = self.directory.read_iteration(self.next_index)
-            self._take(trial.rollout, trial.number)
+            self._take(trial.rollout, trial.path)
         if self.next_index in self.directory.iterations():
             self._loop.last = self.directory.read_iteration(self.next_index)
 
@@ -331,13 +352,13 @@ class Apprenticeship:
             return f"{bag.name} cannot be read, and is now called {aside.name}: {error}"
         return f"{bag.name} is passed over: {error}"
 
-    def _take(self, trial: Rollout, number: int) -> TrialReport:
+    def _take(self, trial: Rollout, bag: Path) -> TrialReport:
         """Judge a trial, write its row and go on from it."""
         _, margin = weigh(self.task, self._settings, [*self._loop.trials, trial])
         iteration = self._loop.take(trial)
         row = MetricsRow(
             iteration=iteration.index,
-            trial=number,
+            trial=bag_number(bag),
             rmse_rad=joint_rmse(self.task, trial, self._robot),
             mse=judge(self.task, trial).mse,
             margin=margin,
@@ -346,7 +367,7 @@ class Apprenticeship:
             model_s=iteration.model_seconds,
             policy_s=iteration.policy_seconds,
         )
-        self.directory.append_metrics(row)
+        row = self._append(row, self._paths.trial(bag))
         notes = [*iteration.notes, *self._keep_best()]
         if iteration.learned:
             notes.append("the margin is within margin_tolerance: learned")

@@ -6,7 +6,6 @@ is counted in the time of the stamps, so that neither a fast simulation nor a bu
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -94,15 +93,16 @@ class JointMerger:
         silences: Times in which joints were not told of, but then were again.
         unusable: Joint -> why what was last told of it cannot be used.
         accepted: Number of messages that held something new of wanted joints.
+        apart: How far apart [ns] what was last told of the joints is.
     """
 
-    def __init__(self, joints: Sequence[str], patience: int) -> None:
+    def __init__(self, joints: Sequence[str], period: int) -> None:
         """Merge messages that tell of these joints.
 
         Args:
             joints: The wanted joints (J).
-            patience: Time [ns] within which all joints are to be told, as long as nothing is
-                known of how often they are.
+            period: Time between samples [ns]; who reads them takes what lies closer together than
+                a part of it for one.
         """
         self.joints = tuple(joints)
         count = len(self.joints)
@@ -110,7 +110,7 @@ class JointMerger:
         self.velocities = np.full(count, np.nan)
         self.silences: list[Silence] = []
         self.unusable: dict[str, str] = {}
-        self._patience = patience
+        self._period = period
         self._index = {joint: i for i, joint in enumerate(self.joints)}
         self._sources: dict[tuple[str, ...], _Source] = {}
         self._stamps = np.zeros(count, np.int64)  # 0 as long as nothing was told
@@ -119,6 +119,7 @@ class JointMerger:
         self._parts: list[Received | None] = [None] * count
         self._arrivals = np.zeros(count, np.int64)
         self.accepted = 0
+        self.apart = 0
         self._frozen = 0
 
     @property
@@ -240,12 +241,13 @@ class JointMerger:
             return Moment(state.stamp, (state,), whole=True)
         if not self._stamps.all():
             return None
-        slowest = float(self._periods.max())
-        slowest = self._patience if math.isnan(slowest) else slowest
         spread = np.abs(state.stamp - self._stamps)
+        self.apart = int(spread.max())
+        # How old is old is known when each joint was told of twice; until then, hardly anything is.
+        slowest = float(np.nan_to_num(self._periods.max()))
         whole = False
         if self._fresh.all():
-            apart = max(_TOGETHER * slowest, min(_UNSYNCHRONISED, _TOGETHER * self._patience))
+            apart = max(_TOGETHER * slowest, min(_UNSYNCHRONISED, _TOGETHER * self._period))
             whole = bool(spread.max() <= apart)
             self._fresh[:] = False if whole else spread <= apart
         if not whole and spread.max() > max(2.0 * slowest, _UNSYNCHRONISED):

@@ -135,7 +135,8 @@ class LiveRecording:
             return f"unusable: {'; '.join(unusable)}"
         if merger.missing:
             return f"missing: {', '.join(merger.missing)}"
-        return "no message, and no messages close to each other, told all joints"
+        apart = merger.apart / NANOSECONDS
+        return f"what is told of the joints lies {apart:.3f} s apart, by its stamps"
 
     def _samples_of(self, state: Received) -> list[Sample]:
         known = self._merger.accepted

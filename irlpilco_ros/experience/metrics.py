@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import math
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import count
@@ -12,10 +14,14 @@ from pathlib import Path
 
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import FileError, RunDirectoryError
+from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.plain_files import read_text
 
 REPLAY = "replay"
 """What stands in the iteration column of the open-loop replay of the demonstration."""
+
+DEMONSTRATION = "demonstration"
+"""What stands in the iteration column of the demonstration itself."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +29,7 @@ class MetricsRow:
     """How one trial went.
 
     Attributes:
-        iteration: Iteration k whose policy ran; 0 is the initial trial, None the replay baseline.
+        iteration: Iteration k whose policy ran; 0 is the initial trial, None what `baseline` says.
         trial: Number of the trial's bag.
         rmse_rad: Root-mean-square joint error against the demonstration [rad].
         mse: Error (6.1) of the thesis, in squared units of the features.
@@ -32,6 +38,12 @@ class MetricsRow:
         robot_time_s: Robot time that learning had used when this trial was over [s].
         model_s: Computing time of the dynamics model [s].
         policy_s: Computing time of the policy search [s].
+        path_rmse_rad: Root-mean-square joint error over the whole path [rad], not at the ticks
+            alone; NaN, as the three below, for a bag that holds nothing but samples.
+        path_max_rad: Largest joint error on the path [rad].
+        acceleration_p99: 99 % of the joints' accelerations are below it [rad/s^2].
+        acceleration_max: Largest acceleration of a joint [rad/s^2].
+        baseline: What it is if it is no iteration: REPLAY or DEMONSTRATION.
     """
 
     iteration: int | None
@@ -43,11 +55,33 @@ class MetricsRow:
     robot_time_s: float
     model_s: float
     policy_s: float
+    path_rmse_rad: float = math.nan
+    path_max_rad: float = math.nan
+    acceleration_p99: float = math.nan
+    acceleration_max: float = math.nan
+    baseline: str = dataclasses.field(default=REPLAY, kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """What stands in the iteration column."""
+        return self.baseline if self.iteration is None else str(self.iteration)
 
 
-COLUMNS = tuple(field.name for field in dataclasses.fields(MetricsRow))
+COLUMNS = tuple(f.name for f in dataclasses.fields(MetricsRow) if f.name != "baseline")
 _NUMBERS = COLUMNS[2:]
+_BEFORE = COLUMNS[:9]  # of runs that were begun when the path was not measured
 _LIMIT = 1 << 24  # [bytes]
+
+
+def with_path(row: MetricsRow, path: PathQuality) -> MetricsRow:
+    """Return a row with what is known of the path."""
+    return dataclasses.replace(
+        row,
+        path_rmse_rad=path.rmse,
+        path_max_rad=path.largest,
+        acceleration_p99=path.acceleration_p99,
+        acceleration_max=path.acceleration_max,
+    )
 
 
 def read_metrics(path: Path) -> tuple[MetricsRow, ...]:
@@ -58,18 +92,19 @@ def read_metrics(path: Path) -> tuple[MetricsRow, ...]:
     Raises:
         RunDirectoryError: the file has other columns, or a line inside it makes no sense.
     """
-    if not path.exists():
+    if not os.path.lexists(path):
         return ()
     try:
         lines = read_text(path, _LIMIT).splitlines()
     except FileError as error:
         raise RunDirectoryError(str(error)) from error
-    if not lines or tuple(lines[0].split(",")) != COLUMNS:
+    columns = tuple(lines[0].split(",")) if lines else ()
+    if columns not in (COLUMNS, _BEFORE):
         raise RunDirectoryError(f"{path} does not start with the columns {','.join(COLUMNS)}")
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         try:
-            rows.append(_parse(line))
+            rows.append(_parse(line, len(columns)))
         except ValueError as error:
             if number == len(lines):
                 break
@@ -84,8 +119,8 @@ def append_metrics(path: Path, row: MetricsRow) -> None:
         RunDirectoryError: there is a row for this iteration already.
     """
     rows = read_metrics(path)
-    if any(other.iteration == row.iteration for other in rows):
-        name = REPLAY if row.iteration is None else f"iteration {row.iteration}"
+    if any(other.name == row.name for other in rows):
+        name = row.name if row.iteration is None else f"iteration {row.iteration}"
         raise RunDirectoryError(f"{path} has a row for {name} already; rows are never replaced")
     _write(path, (*rows, row))
 
@@ -116,14 +151,15 @@ def _write(path: Path, rows: Iterable[MetricsRow]) -> None:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
     for each in rows:
-        first = REPLAY if each.iteration is None else each.iteration
-        writer.writerow([first, each.trial, *(repr(getattr(each, name)) for name in _NUMBERS)])
+        writer.writerow([each.name, each.trial, *(repr(getattr(each, name)) for name in _NUMBERS)])
     write_atomically(path, stream.getvalue().encode())
 
 
-def _parse(line: str) -> MetricsRow:
+def _parse(line: str, columns: int) -> MetricsRow:
     values = line.split(",")
-    if len(values) != len(COLUMNS):
-        raise ValueError(f"{len(values)} values for {len(COLUMNS)} columns")
-    iteration = None if values[0] == REPLAY else int(values[0])
-    return MetricsRow(iteration, int(values[1]), *(float(value) for value in values[2:]))
+    if len(values) != columns:
+        raise ValueError(f"{len(values)} values for {columns} columns")
+    numbers = map(float, values[2:])
+    if values[0] in (REPLAY, DEMONSTRATION):
+        return MetricsRow(None, int(values[1]), *numbers, baseline=values[0])
+    return MetricsRow(int(values[0]), int(values[1]), *numbers)

@@ -72,6 +72,13 @@ class RobotSettings:
         minimum=0.0,
         maximum=100_000.0,
     )
+    acceleration_limit: tuple[float, ...] = setting(
+        (),
+        "Largest change of each joint's commanded velocity; commands are brought within it, but "
+        "for an emergency stop. Empty: commands may jump.",
+        unit="rad/s^2",
+        minimum=0.01,
+    )
     command_interface: str = setting(
         "velocity",
         "What policies decide and joint_command carries: joint velocities or joint efforts. With "
@@ -130,6 +137,8 @@ class RobotSettings:
         names = ["position_lower", "position_upper", "velocity_limit"]
         if self.command_interface == "effort" or self.effort_limit:
             names.append("effort_limit")
+        if self.acceleration_limit:
+            names.append("acceleration_limit")
         for name in names:
             length = len(getattr(self, name))
             if length != len(self.joints):
@@ -162,6 +171,12 @@ class RobotSettings:
     def upper(self) -> NDArray[np.float64]:
         """Upper position limits (J,) [rad]."""
         return np.array(self.position_upper)
+
+    @cached_property
+    def acceleration_limits(self) -> NDArray[np.float64]:
+        """Largest change of each commanded velocity (F,) [rad/s^2]; empty without a limit."""
+        limit = np.array(self.acceleration_limit)
+        return limit[self.roles.commanded_columns] if limit.size else limit
 
     @cached_property
     def control_limit(self) -> NDArray[np.float64]:

@@ -25,7 +25,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from irlpilco_ros.experience.bag_files import DAMAGED, first_free, mark, numbered_bags, suffixed
-from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.bag_reader import read_bag, read_path
 from irlpilco_ros.experience.configuration import (
     differing_keys,
     read_configuration,
@@ -33,6 +33,7 @@ from irlpilco_ros.experience.configuration import (
 )
 from irlpilco_ros.experience.demonstrations import (
     copy_demonstrations,
+    demonstration_bags,
     read_demonstrations,
     same_demonstrations,
 )
@@ -179,15 +180,21 @@ class RunDirectory:
     def iterations(self) -> tuple[int, ...]:
         """Return the iterations k >= 1 whose npz and policy are on disk, in order."""
         numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
-        return tuple(k for k in numbers if self.policy_file(k).exists())
+        return tuple(k for k in numbers if os.path.lexists(self.policy_file(k)))
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
 
         Raises:
-            RunDirectoryError: it is not there or not readable.
+            RunDirectoryError: it is not there or not readable, or it is another iteration.
         """
-        return read_iteration_file(self.iteration_file(iteration))
+        found = read_iteration_file(self.iteration_file(iteration))
+        if found.index != iteration:
+            raise RunDirectoryError(
+                f"{self.iteration_file(iteration)} holds iteration {found.index}; files of "
+                "iterations are named by their number"
+            )
+        return found
 
     def read_policy(self, iteration: int) -> Policy:
         """Return an iteration's policy; 0 is the initial policy."""
@@ -198,10 +205,14 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return tuple(row for row in rows if row.iteration is not None)
 
-    def replay_metrics(self) -> MetricsRow | None:
-        """Return the row of the open-loop replay, if it was done."""
+    def baseline_metrics(self, baseline: str) -> MetricsRow | None:
+        """Return the row of the replay or the demonstration, if there is one.
+
+        Args:
+            baseline: REPLAY or DEMONSTRATION.
+        """
         rows = read_metrics(self.metrics_file)
-        return next((row for row in rows if row.iteration is None), None)
+        return next((row for row in rows if row.name == baseline), None)
 
     def read_trial(self, bag: Path, joints: Joints, horizon: int) -> Rollout:
         """Return the whole trial in a bag.
@@ -212,6 +223,14 @@ class RunDirectory:
             BagError: it lacks a joint, or is none of this robot's.
         """
         return read_bag(bag, *self._how_to_read()).rollout(joints, horizon)
+
+    def read_path(self, bag: Path) -> Trajectory:
+        """Return all that a bag of the run tells of the motion; errors as `read_bag`."""
+        return read_path(bag, *self._how_to_read())
+
+    def demonstration_paths(self) -> tuple[Trajectory, ...]:
+        """Return all that the demonstrations tell of the motion; errors as `read_bag`."""
+        return tuple(map(self.read_path, demonstration_bags(self.demonstration_directory)))
 
     def search_trials(self, joints: Joints, horizon: int, since: int = 0) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
@@ -344,8 +363,8 @@ class RunDirectory:
         self._lock = lock
 
     def _claim_configuration(self, configuration: Mapping[str, Any]) -> None:
-        if not self.configuration_file.exists():
-            if self.trial_bags() or self.metrics_file.exists():
+        if not os.path.lexists(self.configuration_file):
+            if self.trial_bags() or os.path.lexists(self.metrics_file):
                 raise RunDirectoryError(
                     f"{self.path} holds trials but no config.yaml; it is no run that could go "
                     "on. Choose another run directory"

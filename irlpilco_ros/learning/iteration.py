@@ -15,12 +15,10 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy, from_arrays
 from irlpilco_ros.learning.rollout import Rollout
 
-_ARRAYS = (
-    "weights",
-    "predicted_means",
-    "predicted_covariances",
-)
-_HYPERPARAMETERS = ("log_lengthscales", "log_signal", "log_noise")
+_ARRAYS = {"weights": "k", "predicted_means": "T D", "predicted_covariances": "T D D"}
+_HYPERPARAMETERS = {"log_lengthscales": "E P", "log_signal": "E", "log_noise": "E"}
+"""Shapes, letter by letter: the same letter stands for the same number. Iteration 0 has none."""
+
 _NUMBERS = ("margin", "cost", "model_seconds", "policy_seconds")
 _COUNTS = ("index", "evaluations")
 
@@ -101,7 +99,8 @@ class Iteration:
 
     def to_arrays(self) -> dict[str, Array]:
         """Return everything but the trial as named arrays for an npz file without pickles."""
-        arrays = {name: np.asarray(getattr(self, name)) for name in _ARRAYS + _NUMBERS + _COUNTS}
+        names = (*_ARRAYS, *_NUMBERS, *_COUNTS)
+        arrays = {name: np.asarray(getattr(self, name)) for name in names}
         for name in _HYPERPARAMETERS:
             arrays[name] = getattr(self.hyperparameters, name)
         arrays["learned"] = np.asarray(self.learned)
@@ -115,7 +114,8 @@ class Iteration:
         """Return the iteration from what `to_arrays` made, for example an open npz file.
 
         Raises:
-            InvalidSettingError: if an array is missing or the policy in it is not sound.
+            InvalidSettingError: if an array is missing, has another shape or is not finite, or the
+                policy in it is not sound.
         """
         try:
             policy = {
@@ -123,10 +123,8 @@ class Iteration:
                 for name in arrays
                 if name.startswith("policy_") and name != "policy_seconds"
             }
-            fields: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
-            fields["hyperparameters"] = Hyperparameters(
-                **{name: np.asarray(arrays[name]) for name in _HYPERPARAMETERS}
-            )
+            fields: dict[str, Any] = _checked(arrays, _ARRAYS)
+            fields["hyperparameters"] = Hyperparameters(**_checked(arrays, _HYPERPARAMETERS))
             fields |= {name: float(arrays[name]) for name in _NUMBERS}
             fields |= {name: int(arrays[name]) for name in _COUNTS}
             learned = bool(arrays["learned"])
@@ -135,4 +133,27 @@ class Iteration:
             raise InvalidSettingError(
                 f"an iteration needs the array {error}; it is missing"
             ) from error
+        if fields["index"] < 0:
+            raise InvalidSettingError(
+                f"an iteration's index is {fields['index']}; expected 0 or more"
+            )
         return cls(policy=from_arrays(policy), learned=learned, notes=notes, **fields)
+
+
+def _checked(arrays: Mapping[str, Any], shapes: Mapping[str, str]) -> dict[str, Array]:
+    """Return the arrays by their names if they are finite numbers of these shapes, or all empty."""
+    found = {name: np.asarray(arrays[name]) for name in shapes}
+    sizes: dict[str, int] = {}
+    for name, letters in shapes.items():
+        array, wanted = found[name], letters.split()
+        if array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+            raise InvalidSettingError(f"an iteration's {name} holds what is no finite number")
+        if not any(each.size for each in found.values()):
+            continue
+        known = [sizes.setdefault(*pair) for pair in zip(wanted, array.shape, strict=False)]
+        if len(wanted) != array.ndim or known != list(array.shape):
+            raise InvalidSettingError(
+                f"an iteration's {name} has shape {array.shape}; expected ({', '.join(wanted)})"
+                + "".join(f", {letter} = {size}" for letter, size in sizes.items())
+            )
+    return found

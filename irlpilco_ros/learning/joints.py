@@ -20,6 +20,17 @@ class SizedPolicy(Protocol):
     def state_size(self) -> int:
         """How many numbers of the state it sees."""
 
+    @property
+    def control_limit(self) -> Array:
+        """Largest absolute value of each control, shape (F,)."""
+
+    @property
+    def blend(self) -> float:
+        """Part of each control period over which a decision is blended in."""
+
+    def between(self, time: float) -> Array:
+        """Return the part of the control (F,) that depends on time alone [control periods]."""
+
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for what a policy sees of the state, at a step of the trial."""
 
@@ -114,6 +125,20 @@ class PolicyOf:
             )
         self._layout = joints.layout.remembering(controls, history)
         self._remembered = np.zeros(history * controls)
+
+    @property
+    def control_limit(self) -> Array:
+        """Largest absolute value of each control, shape (F,)."""
+        return self.policy.control_limit
+
+    @property
+    def blend(self) -> float:
+        """Part of each control period over which a decision is blended in."""
+        return self.policy.blend
+
+    def between(self, time: float) -> Array:
+        """Return the part of the control (F,) that depends on time alone [control periods]."""
+        return self.policy.between(time)
 
     def view(self, state: Array) -> Array:
         """Return what the policy sees, for the measured state [q, q_dot] (2J,)."""

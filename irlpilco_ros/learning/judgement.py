@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
@@ -46,7 +47,10 @@ def trial_error(task: Task, trial: Rollout) -> float:
     Raises:
         InvalidSettingError: as `judge`.
     """
-    if task.cost is None:
-        return judge(task, trial).mse
+    return judge(task, trial).mse if task.cost is None else cost_of_trial(task.cost, trial)
+
+
+def cost_of_trial(cost: Cost, trial: Rollout) -> float:
+    """Return the cost of what happened, as that of a prediction without spread."""
     steps, size = trial.states.shape
-    return task.cost.evaluate(trial.states, np.zeros((steps, size, size))).value
+    return cost.evaluate(trial.states, np.zeros((steps, size, size))).value

@@ -16,6 +16,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
+from irlpilco_ros.learning.judgement import cost_of_trial
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
@@ -79,6 +80,7 @@ def learn(
             _starting_policies(task, settings, model, objective.start, previous),
             previous,
             best,
+            lambda index: cost_of_trial(objective.cost, trials[index]),
         )
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()

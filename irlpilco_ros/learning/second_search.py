@@ -10,9 +10,13 @@ from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.search.policy_search import SearchResult
 
-MUCH_WORSE = 10.0
+MUCH_WORSE = 5.0
 """Times the predicted cost of before. With new data and weights it also grows where all is well,
 but by a factor of two at the most."""
+
+_NEGLIGIBLE = 0.01
+"""Of what the best trial did cost: a prediction below that is well, however little was predicted
+before. Feature expectations, for one, can be met to the last digit."""
 
 
 def search_twice_if_needed(
@@ -20,6 +24,7 @@ def search_twice_if_needed(
     starts: Sequence[Policy],
     previous: Iteration | None,
     best: Iteration | None,
+    achieved: Callable[[int], float],
 ) -> tuple[SearchResult, tuple[str, ...]]:
     """Search from the starts, and from the best policy if that predicts much worse than before.
 
@@ -28,6 +33,7 @@ def search_twice_if_needed(
         starts: Where it starts.
         previous: The iteration before; None if it learned nothing.
         best: The iteration whose trial was the best so far; None for the one before.
+        achieved: Returns what the trial of an iteration did cost.
 
     Returns:
         Of both searches what costs less, with the evaluations of both, and what is to be told.
@@ -40,6 +46,8 @@ def search_twice_if_needed(
     if before is None or found.cost <= MUCH_WORSE * before.cost:
         return found, ()
     resort = best if best is not None and best.policy.searchable else before
+    if found.cost <= _NEGLIGIBLE * achieved(resort.index):
+        return found, ()
     note = (
         f"the predicted cost {found.cost:.4g} was {found.cost / before.cost:.0f} times the "
         f"{before.cost:.4g} of iteration {before.index}; searched again from the policy of "

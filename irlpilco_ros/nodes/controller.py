@@ -18,9 +18,10 @@ from rosgraph_msgs.msg import Clock as TimeMessage
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from irlpilco_ros.control.approach import Approach
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
-from irlpilco_ros.control.motions import Approach, Command, Motion, Trial
+from irlpilco_ros.control.motions import Command, Motion, Trial
 from irlpilco_ros.control.safety import check_start, unlikely_limits
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings

@@ -112,7 +112,9 @@ class Learner(SuiteNode):
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         self.create_service(Trigger, "learn_iteration", self._learn_iteration, callback_group=group)
-        self._health.report(OK, self._first_words())
+        words = self._first_words()
+        self.get_logger().info(words)
+        self._health.report(OK, words)
 
     def shutdown(self) -> None:
         """Break off whatever is being computed; the run directory stays as it is."""
@@ -164,6 +166,7 @@ class Learner(SuiteNode):
         try:
             response.message = await self._iterate()
             response.success = True
+            self.get_logger().info(response.message)
             self._health.report(OK, "idle", last=response.message)
         except IrlPilcoError as error:
             response.message = str(error)

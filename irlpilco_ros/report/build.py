@@ -10,7 +10,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from irlpilco_ros.experience.durable import write_atomically
+from irlpilco_ros.experience.errors import FileError
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.report import style
 from irlpilco_ros.report.debris_figure import debris_figure
 from irlpilco_ros.report.joint_figures import difference_figure, position_figure
@@ -48,10 +50,22 @@ def build_report(run_directory: Path | str, progress: Progress | None = None) ->
     Raises:
         RunDirectoryError: this is no run directory, or no trial of it was judged yet.
         BagError: a bag of it cannot be read.
+        FileError: the report cannot be written, for example because the disk is full.
     """
-    tell = progress or _say_nothing
+    try:
+        return _build(RunDirectory(run_directory), progress or _say_nothing)
+    except OSError as error:
+        if isinstance(error, IrlPilcoError):
+            raise
+        folder = RunDirectory(run_directory).report_directory
+        where = f" ({error.filename})" if error.filename else ""
+        raise FileError(
+            f"cannot write the report {folder}: {error.strerror or error}{where}"
+        ) from error
+
+
+def _build(directory: RunDirectory, tell: Progress) -> Path:
     tell("reading the run", 0.0)
-    directory = RunDirectory(run_directory)
     run = read_run(directory)
     folder = directory.report_directory
     folder.mkdir(exist_ok=True)

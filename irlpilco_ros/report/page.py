@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from markupsafe import Markup
 
+from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.report.joint_figures import joint_groups
 from irlpilco_ros.report.run_summary import DebrisCount, IterationSummary, RunSummary
 from irlpilco_ros.report.templating import render
@@ -20,7 +21,11 @@ VIEWS = {"position": "positions", "difference": "difference from the demonstrati
 
 HEADINGS = (
     "iteration",
-    "RMSE",
+    "path, RMS",
+    "path, largest",
+    "acceleration, 99 % [rad/s²]",
+    "acceleration, largest [rad/s²]",
+    "at the decisions, RMS",
     "error (6.1)",
     "margin",
     "cost",
@@ -121,8 +126,12 @@ def _shown(demonstrations: int) -> str:
 
 
 def _errors_alt(run: RunSummary) -> str:
+    path = ""
+    if run.path_is_known:
+        values = ", ".join(_number(each.path.rmse, ".4f") for each in run.iterations)
+        path = f"Error over the whole path [{run.unit}]: {values}. "
     values = ", ".join(f"{each.rmse:.4f}" for each in run.iterations)
-    alt = f"Error over the iterations [{run.unit}]: {values}."
+    alt = f"{path}Error at the decisions [{run.unit}]: {values}."
     if math.isfinite(run.replay_rmse):
         alt += f" Open-loop replay: {run.replay_rmse:.4f}."
     return alt
@@ -138,8 +147,24 @@ def _rows(run: RunSummary) -> Iterator[TableRow]:
     for each in run.iterations:
         yield TableRow("last" if each is run.last else "", _cells(each, each is run.best))
     if math.isfinite(run.replay_rmse):
-        cells = ("open-loop replay", f"{run.replay_rmse:.4f}", f"{run.replay_rmse**2:.2e}")
-        yield TableRow("replay", (*cells, *["-"] * (len(HEADINGS) - len(cells))))
+        errors = (f"{run.replay_rmse:.4f}", f"{run.replay_rmse**2:.2e}")
+        yield _baseline("open-loop replay", run.replay_path, *errors)
+    if math.isfinite(run.demonstration_path.acceleration_max):
+        yield _baseline("demonstration", run.demonstration_path)
+
+
+def _baseline(name: str, path: PathQuality, *errors: str) -> TableRow:
+    cells = (name, *_path_cells(path), *errors)
+    return TableRow("replay", (*cells, *["-"] * (len(HEADINGS) - len(cells))))
+
+
+def _path_cells(path: PathQuality) -> tuple[str, ...]:
+    return (
+        _number(path.rmse, ".4f"),
+        _number(path.largest, ".4f"),
+        _number(path.acceleration_p99, ".2f"),
+        _number(path.acceleration_max, ".1f"),
+    )
 
 
 def _cells(iteration: IterationSummary, best: bool) -> tuple[str, ...]:
@@ -147,6 +172,7 @@ def _cells(iteration: IterationSummary, best: bool) -> tuple[str, ...]:
     name = str(iteration.index) if learned else "0, initial trial"
     return (
         f"{name}, best" if best else name,
+        *_path_cells(iteration.path),
         f"{iteration.rmse:.4f}",
         _number(iteration.mse, ".2e"),
         _number(iteration.margin, ".2e"),

@@ -22,7 +22,11 @@ def error_figure(run: RunSummary) -> Figure:
         indices = [i.index for i in run.iterations]
         errors = [i.rmse for i in run.iterations]
         robot = {**style.ROBOT, "linewidth": 1.8, "markersize": 6.0}
-        axes.plot(indices, errors, label="robot", zorder=3, **robot)
+        paths = [i.path.rmse for i in run.iterations]
+        if run.path_is_known:
+            axes.plot(indices, paths, label="robot, whole path", zorder=4, **robot)
+            robot |= {"linewidth": 1.1, "linestyle": ":", "markersize": 4.0}
+        axes.plot(indices, errors, label="robot, at the decisions", zorder=3, **robot)
         expected = [run.predicted_rmse(i) for i in run.iterations]
         if np.isfinite(expected).any():
             diamonds = {**style.PREDICTION, "marker": "D", "markersize": 5.0}
@@ -32,7 +36,7 @@ def error_figure(run: RunSummary) -> Figure:
             label = f"open-loop replay: {run.replay_rmse:.4f} {run.unit}"
             axes.axhline(run.replay_rmse, label=label, **style.REPLAY)
         axes.set_ylabel(f"error, RMS [{run.unit}]")
-        _wide_scale(axes, [*errors, *expected, run.replay_rmse])
+        _wide_scale(axes, [*errors, *expected, *paths, run.replay_rmse])
         _iteration_axis(axes, run)
         _robot_time_axis(axes, run)
         figure.legend(loc="outside lower center", ncols=3)

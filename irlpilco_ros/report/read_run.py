@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,10 @@ import numpy as np
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.errors import RunDirectoryError
-from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
+from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
@@ -30,10 +33,10 @@ def read_run(run: RunDirectory) -> RunSummary:
     configuration = run.configuration()
     try:
         joints = _joints(configuration)
-        horizon = int(configuration["horizon"])
-        period = float(configuration["control_period"])
-    except KeyError as error:
-        raise RunDirectoryError(f"{run.path / 'config.yaml'} lacks the key {error}") from error
+        horizon = _number(configuration, "horizon", int)
+        period = _number(configuration, "control_period", int, float)
+    except InvalidSettingError as error:
+        raise RunDirectoryError(f"{run.configuration_file}: {error}") from error
     rows = run.metrics()
     if not rows:
         raise RunDirectoryError(
@@ -43,9 +46,13 @@ def read_run(run: RunDirectory) -> RunSummary:
     bags = {row.trial: run.trials_directory / f"{row.trial:03d}" for row in rows}
     trials = [read_bag(bags[row.trial]).rollout(joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations()}
+    for k, iteration in found.items():
+        _check(iteration, run.iteration_file(k), (horizon + 1, 2 * len(joints.names)))
+    if len({len(iteration.weights) for iteration in found.values()}) > 1:
+        raise RunDirectoryError(f"{run.path}: its iterations have weights of different features")
     positions = slice(0, len(joints.names))
     shown = [trajectory.rollout(joints, horizon).states for trajectory in run.demonstrations()]
-    replay_row = run.replay_metrics()
+    replay_row = run.baseline_metrics(REPLAY)
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
@@ -61,16 +68,36 @@ def read_run(run: RunDirectory) -> RunSummary:
         settings={key: _text(value) for key, value in configuration.items()},
         demonstrations=len(shown),
         best_command=best_command(run),
+        replay_path=_path(replay_row),
+        demonstration_path=_path(run.baseline_metrics(DEMONSTRATION)),
         **_words(configuration, joints),
     )
 
 
 def _joints(configuration: Mapping[str, Any]) -> Joints:
+    names = _names(configuration, "joints")
+    if not names:
+        raise InvalidSettingError("joints is missing or empty; expected the names of the joints")
     return Joints(
-        tuple(configuration["joints"]),
-        tuple(configuration.get("unactuated_joints", ())),
-        tuple(configuration.get("continuous_joints", ())),
+        names,
+        _names(configuration, "unactuated_joints"),
+        _names(configuration, "continuous_joints"),
     )
+
+
+def _names(configuration: Mapping[str, Any], key: str) -> tuple[str, ...]:
+    names = configuration.get(key, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InvalidSettingError(f"{key} is {names!r}; expected a list of names")
+    return tuple(names)
+
+
+def _number(configuration: Mapping[str, Any], key: str, *kinds: type[float]) -> Any:
+    value: Any = configuration.get(key)
+    if type(value) not in kinds or not 0 < value < math.inf:
+        kind = "whole" if kinds == (int,) else "finite"
+        raise InvalidSettingError(f"{key} is {value!r}; expected a {kind} number above 0")
+    return value
 
 
 def _words(configuration: Mapping[str, Any], joints: Joints) -> dict[str, Any]:
@@ -89,6 +116,14 @@ def _words(configuration: Mapping[str, Any], joints: Joints) -> dict[str, Any]:
         if configuration.get("command_interface") == "effort"
         else "velocities",
     }
+
+
+def _check(iteration: Iteration, path: Path, shape: tuple[int, int]) -> None:
+    if iteration.predicted_means.shape != shape:
+        raise RunDirectoryError(
+            f"{path}: the prediction has shape {iteration.predicted_means.shape}; trials of this "
+            f"run have {shape}"
+        )
 
 
 def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> IterationSummary:
@@ -112,7 +147,16 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
         robot_time=row.robot_time_s,
         model_time=row.model_s,
         policy_time=row.policy_s,
+        path=_path(row),
         notes=() if found is None else found.notes,
+    )
+
+
+def _path(row: MetricsRow | None) -> PathQuality:
+    if row is None:
+        return UNKNOWN
+    return PathQuality(
+        row.path_rmse_rad, row.path_max_rad, row.acceleration_p99, row.acceleration_max
     )
 
 

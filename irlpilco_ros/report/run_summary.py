@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
+
 FloatArray = NDArray[np.float64]
 
 
@@ -31,6 +33,7 @@ class IterationSummary:
         model_time: seconds of computing spent on the dynamics model [s].
         policy_time: seconds of computing spent on the policy search [s].
         notes: what a reader should know of the computing.
+        path: how the trial went between the decisions.
     """
 
     index: int
@@ -46,6 +49,7 @@ class IterationSummary:
     model_time: float
     policy_time: float
     notes: tuple[str, ...] = ()
+    path: PathQuality = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,8 @@ class RunSummary:
         margin_unit: of the margin; "" where features of several units add up in it.
         demonstrations: how often the task was shown.
         commands: what the robot is commanded, "velocities" or "efforts".
+        replay_path: how the replay went between the decisions.
+        demonstration_path: the same of the demonstration.
         best_command: what runs the policy of the best trial; "" if nobody knows.
     """
 
@@ -109,6 +115,13 @@ class RunSummary:
     demonstrations: int = 1
     commands: str = "velocities"
     best_command: str = ""
+    replay_path: PathQuality = UNKNOWN
+    demonstration_path: PathQuality = UNKNOWN
+
+    @property
+    def path_is_known(self) -> bool:
+        """Whether the latest trial was recorded between the decisions, too."""
+        return bool(np.isfinite(self.last.path.rmse))
 
     @property
     def last(self) -> IterationSummary:

@@ -187,7 +187,7 @@ class Clients:
 def _absent(name: str, wait: float) -> str:
     return (
         f"service {name} is not there (waited {wait:g} s); is its node running, "
-        "in the same namespace and ROS_DOMAIN_ID?"
+        "in the same namespace and ROS_DOMAIN_ID, and on this computer (else: docs/security.md)?"
     )
 
 

@@ -7,6 +7,7 @@ says what it keeps out, and what it does not.
 from __future__ import annotations
 
 from collections.abc import Mapping, MutableMapping
+from pathlib import PurePath
 
 from irlpilco_ros.resources import config_file
 
@@ -19,6 +20,7 @@ PEERS = "ROS_STATIC_PEERS"
 PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 """Where Fast DDS looks for a user's own profiles."""
 
+_PROFILE = "this_host.xml"
 _THIS_HOST, _NETWORK, _ON_PURPOSE, _OFF = "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT", "OFF"
 
 
@@ -46,8 +48,9 @@ def keep_to_this_host(environment: MutableMapping[str, str]) -> bool:
 
 def is_open(environment: Mapping[str, str]) -> bool:
     """Return whether somebody opened nodes with this environment to the network."""
-    own = _profile() in (environment.get(name) for name in PROFILES)
-    return environment.get(RANGE) == _ON_PURPOSE and not own
+    return environment.get(RANGE) == _ON_PURPOSE and not any(
+        _is_own(environment.get(name, "")) for name in PROFILES
+    )
 
 
 def warning(environment: Mapping[str, str]) -> str:
@@ -76,14 +79,19 @@ NARROWED = (
 
 def _can_use_profile(environment: Mapping[str, str]) -> bool:
     middleware = environment.get("RMW_IMPLEMENTATION", "")
-    given = {environment.get(name, "") for name in PROFILES} - {"", _profile()}
+    given = [profile for name in PROFILES if (profile := environment.get(name))]
     return (
         middleware in ("", "rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp")
-        and not given
+        and all(map(_is_own, given))
         and not environment.get(PEERS)
         and environment.get("ROS_LOCALHOST_ONLY") != "1"  # means LOCALHOST, whatever RANGE says
     )
 
 
 def _profile() -> str:
-    return str(config_file("this_host.xml"))
+    return str(config_file(_PROFILE))
+
+
+def _is_own(profile: str) -> bool:
+    """Return whether it is this file, or that of another installation of this package."""
+    return PurePath(profile).name == _PROFILE

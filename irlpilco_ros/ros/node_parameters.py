@@ -1,8 +1,9 @@
 """Names of the parameters of all nodes, written by `make docs`."""
 
 NODE_PARAMETERS = (
+    "acceleration_limit",
     "approach_acceleration",
-    "approach_gain",
+    "approach_delay",
     "approach_speed",
     "approach_timeout",
     "command_history",

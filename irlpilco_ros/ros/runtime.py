@@ -73,7 +73,7 @@ def run_node(
         print(f"error: {error}", file=sys.stderr)
         rclpy.try_shutdown()
         return 1
-    _tell_who_finds_it(node, narrowed)
+    _greet(node, narrowed)
     try:
         succeeded = _spin_until(stop, node, executor_threads)
     finally:
@@ -85,7 +85,9 @@ def run_node(
     return 0 if succeeded else 1
 
 
-def _tell_who_finds_it(node: Node, narrowed: bool) -> None:
+def _greet(node: Node, narrowed: bool) -> None:
+    """Say that the node runs, and who finds it."""
+    node.get_logger().info("running; Ctrl-C ends it")
     if narrowed:
         node.get_logger().info(discovery.NARROWED)
     if danger := discovery.warning(os.environ):

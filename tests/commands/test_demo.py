@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 pytestmark = [pytest.mark.dds, pytest.mark.slow]
@@ -108,11 +109,16 @@ def test_it_demonstrates_replays_learns_and_stops_its_nodes(demo):
     assert all(is_gone(pid) for pid in nodes.values())
     lines = shown.text().splitlines()
     assert lines[0].startswith(f"run directory {shown.run.path}, ROS_DOMAIN_ID ")
-    table = [line.split() for line in lines if line[:1] == " "]
-    assert [row[0] for row in table] == ["replay", "0", "1"]
-    replay, first = shown.run.replay_metrics(), shown.run.metrics()[1]
-    assert table[0][2] == f"{replay.rmse_rad:.4f}"
-    assert table[2][2] == f"{first.rmse_rad:.4f}"
+    table = [
+        line.split() for line in lines if line[:1] == " " or line.startswith("demonstration  ")
+    ]
+    assert [row[0] for row in table] == ["demonstration", "replay", "0", "1"]
+    replay, first = shown.run.baseline_metrics(REPLAY), shown.run.metrics()[1]
+    assert table[1][2:5:2] == [f"{replay.path_rmse_rad:.4f}", f"{replay.rmse_rad:.4f}"]
+    assert table[3][2:5:2] == [f"{first.path_rmse_rad:.4f}", f"{first.rmse_rad:.4f}"]
+    shown_row = shown.run.baseline_metrics(DEMONSTRATION)
+    assert 0.1 < shown_row.acceleration_p99 < first.acceleration_max
+    assert first.rmse_rad < first.path_rmse_rad < first.path_max_rad < 0.1
     assert first.rmse_rad < 0.05
     best = min(shown.run.metrics(), key=lambda row: row.mse)
     assert lines[-2].startswith(f"best: iteration {best.iteration}, trial {best.trial:03d}, ")

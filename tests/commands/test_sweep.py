@@ -27,7 +27,7 @@ NODES: dict[str, dict[str, Any]] = {
     "sim_bridge.baxter_simulator_node": {"lockstep": True},
     "sim_bridge.demonstrator_node": {},
     "irlpilco_ros.nodes.demonstration_recorder": {},
-    "irlpilco_ros.nodes.controller": {"state_timeout": 5.0},
+    "irlpilco_ros.nodes.controller": {},
     "irlpilco_ros.nodes.learner": LEARNING,
 }
 

@@ -33,15 +33,7 @@ def files(tmp_path_factory):
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     """A run as the learner leaves it: two judged trials, and the third policy ready."""
-    path = tmp_path_factory.mktemp("recorded")
-    bag = toy_robot.record_demonstration(path / "recordings")
-    run = Apprenticeship.open(path / "run", bag, toy_robot.ROBOT, SETTINGS)
-    for _ in range(2):
-        plan = run.prepare()
-        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
-    run.prepare()
-    run.close()
-    return path / "run"
+    return toy_robot.record_run(tmp_path_factory.mktemp("recorded"), SETTINGS, 2, planned=True)
 
 
 def train(recorded, out, files, trials=None):

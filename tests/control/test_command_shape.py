@@ -12,8 +12,8 @@ FINE = (np.arange(2000) + 0.5) / 2000
 
 def policy(blend):
     rng = np.random.default_rng(0)
-    bumps = 0.4 * rng.standard_normal((F, 5))
-    return SmoothPhasePolicy(np.zeros((F, 4)), bumps, H, np.array([1.0, 2.0]), blend)
+    bumps = 0.1 * rng.standard_normal((F, 5))
+    return SmoothPhasePolicy(np.zeros((F, 4)), bumps, H, np.array([4.0, 8.0]), blend)
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.5, 1.0])

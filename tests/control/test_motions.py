@@ -1,17 +1,14 @@
-"""Trials tick by tick, and the way to the start on servos that lag."""
+"""Trials tick by tick."""
 
 from __future__ import annotations
-
-from collections import deque
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_of_two import JOINTS, ROBOT, nanoseconds, reading
+from robot_of_two import nanoseconds, reading
 
-from irlpilco_ros.control.controller_settings import ControllerSettings
-from irlpilco_ros.control.motions import Approach, MotionStoppedError, Trial
+from irlpilco_ros.control.motions import MotionStoppedError, Trial
 
 
 class Counting:
@@ -72,51 +69,3 @@ def test_a_trial_sums_itself_up():
     trial = Trial(Counting(), 4, 0.5)
     run(trial, np.arange(0.0, 3.0, 0.01))
     assert trial.summary() == "trial over: 4 decisions in 2 s"
-
-
-def servo(approach, start, lag, delay, noise=0.0, seconds=20.0, seed=0):
-    """Run an approach on first-order servos with a command delay; return times and velocities."""
-    random = np.random.default_rng(seed)
-    position, velocity = np.array(start, dtype=float), np.zeros(2)
-    pipeline = deque([np.zeros(2)] * (1 + round(delay / 0.01)))
-    commands = []
-    for step in range(round(seconds / 0.01)):
-        seen = position + noise * random.standard_normal(2)
-        speed = velocity + 10.0 * noise * random.standard_normal(2)
-        command = approach.command(reading(0.01 * step, seen, speed))
-        commands.append(command.values)
-        if command.done:
-            return position, np.array(commands)
-        pipeline.append(command.values)
-        velocity = velocity + (pipeline.popleft() - velocity) * 0.01 / lag
-        position = position + velocity * 0.01
-    raise AssertionError("never arrived")
-
-
-@pytest.mark.parametrize(("lag", "delay"), [(0.02, 0.0), (0.08, 0.05), (0.1, 0.1)])
-def test_the_approach_arrives_on_slow_servos_within_its_limits(lag, delay):
-    settings = ControllerSettings(approach_speed=0.5)
-    limit = np.array([1.0, 0.2])
-    goal = np.array([0.6, -0.5])
-    approach = Approach(JOINTS, goal, limit, settings)
-    position, commands = servo(approach, (-0.4, 0.3), lag, delay, noise=4e-4)
-    np.testing.assert_allclose(position, goal, atol=settings.start_tolerance + 2e-3)
-    assert (np.abs(commands) <= np.minimum(limit, 0.5) + 1e-12).all()
-    assert np.abs(np.diff(commands, axis=0)[:10]).max() <= 0.01 * 2.0 + 1e-9, "gentle start"
-    assert not commands[-1].any()
-    # Far from the goal the way is straight: both joints cover their distance alike.
-    np.testing.assert_allclose(commands[10, 0] / commands[10, 1], 1.0 / -0.8, rtol=0.02)
-
-
-def test_an_approach_that_does_not_arrive_names_the_joint():
-    settings = ControllerSettings(approach_timeout=1.0)
-    approach = Approach(JOINTS, np.array([0.5, 0.5]), ROBOT.control_limit, settings)
-    approach.command(reading(0.0, (0.5, 0.2)))
-    with pytest.raises(MotionStoppedError, match=r"wrist is farthest, 0\.3000 rad away"):
-        approach.command(reading(1.1, (0.5, 0.2)))
-
-
-def test_an_approach_waits_for_standstill():
-    approach = Approach(JOINTS, np.zeros(2), ROBOT.control_limit, ControllerSettings())
-    assert not approach.command(reading(0.0, (0.0, 0.001), (0.0, 0.1))).done
-    assert approach.command(reading(0.1, (0.0, 0.001), (0.0, 0.01))).done

@@ -180,9 +180,19 @@ def test_publishers_milliseconds_apart_are_merged(recording):
     found = read_bag(recording.path)
     np.testing.assert_allclose(np.diff(found.stamps), 0.1, atol=1e-6)
     assert len(found) == 40
+    assert found.stamps[0] == pytest.approx(1e-9 * START - 0.005, abs=1e-6)
     steps = (found.stamps - 1e-9 * START) / (1e-9 * PERIOD)
     np.testing.assert_allclose(found.positions[:, 1], 0.2 + steps, atol=1e-6)
     np.testing.assert_allclose(found.positions[:, 0], 0.1 * (steps + 0.05), atol=1e-6)
+
+
+def test_publishers_whose_clocks_do_not_agree_make_no_samples_and_it_is_told_why(recording):
+    """Stamps of the second one are 0.3 s behind; both come at 100 Hz."""
+    for step in range(400):
+        recording.take_state(state(0.1 * step, JOINTS[:1]))
+        recording.take_state(state(0.1 * step - 3.0, JOINTS[1:]))
+    assert recording.samples == 0
+    assert "what is told of the joints lies 0.3" in recording.obstacle()
 
 
 @pytest.mark.parametrize("velocities", [(), (0.5,), (float("nan"),) * 2])

@@ -22,14 +22,7 @@ SETTINGS = LearningSettings(evaluations=8, options={"linear_phase.count": 3})
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """A run of three trials; tests copy it, and never write to it."""
-    folder = tmp_path_factory.mktemp("lost")
-    shown = toy_robot.record_demonstration(folder / "shown")
-    run = Apprenticeship.open(folder / "run", shown, toy_robot.ROBOT, SETTINGS)
-    for _ in range(3):
-        plan = run.prepare()
-        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
-    run.close()
-    return folder / "run"
+    return toy_robot.record_run(tmp_path_factory.mktemp("lost"), SETTINGS, trials=3)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import shutil
 import time
@@ -26,15 +27,7 @@ SETTINGS = LearningSettings(evaluations=8, options={"linear_phase.count": 3})
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("mutated")
-    shown = toy_robot.record_demonstration(folder / "shown")
-    run = Apprenticeship.open(folder / "run", shown, toy_robot.ROBOT, SETTINGS)
-    for _ in range(2):
-        plan = run.prepare()
-        run.finish(toy_robot.record_trial(plan, run.directory.trials_directory))
-    run.prepare()
-    run.close()
-    return folder / "run"
+    return toy_robot.record_run(tmp_path_factory.mktemp("mutated"), SETTINGS, 2, planned=True)
 
 
 @pytest.fixture
@@ -110,6 +103,54 @@ def test_what_makes_no_sense_is_refused_by_name(copy, name, content):
     assert name in refusal(read_everything, copy)
 
 
+def fifo(path):
+    os.mkfifo(path)
+
+
+def endless(path):
+    path.symlink_to("/dev/zero")
+
+
+def loop(path):
+    path.symlink_to(path.name)
+
+
+def huge(path):
+    with path.open("wb") as stream:
+        stream.truncate(1 << 34)
+
+
+ODD = {
+    "nothing": lambda path: None,
+    "a FIFO": fifo,
+    "an endless device": endless,
+    "a link to itself": loop,
+    "a link to nothing": lambda path: path.symlink_to("nowhere"),
+    "a folder": lambda path: path.mkdir(),
+    "16 GB": huge,
+}
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_what_is_no_file_hangs_and_ends_nobody(copy, kind):
+    kept = {each: each.read_bytes() for each in copy.rglob("*.mcap")}
+    for name in ("config.yaml", "metrics.csv", "policy_001.yaml", "iterations/001.npz", ".lock"):
+        file = copy / name
+        file.rename(copy / "aside")
+        ODD[kind](file)
+        refusal(inspect, copy)
+        refusal(open_run, copy)
+        refused = refusal(read_everything, copy)
+        if kind != "nothing" and name != ".lock":
+            assert name in refused
+        if file.is_dir() and not file.is_symlink():
+            file.rmdir()
+        else:
+            file.unlink(missing_ok=True)
+        (copy / "aside").rename(file)
+    assert {each: each.read_bytes() for each in copy.rglob("*.mcap")} == kept
+
+
 def test_files_that_nobody_asked_for_are_in_nobodys_way(copy):
     for name in ("7 copy.npz", "backup.npz", "-1.npz", "01.npz"):
         shutil.copy(copy / "iterations" / "001.npz", copy / "iterations" / name)
@@ -129,7 +170,7 @@ def test_an_iteration_that_unpacks_to_gigabytes_is_refused(copy):
     ):
         header = {"descr": "<f8", "fortran_order": False, "shape": (1 << 26,)}
         np.lib.format.write_array_header_1_0(member, header)
-        for _ in range(1 << 5):
+        for _ in range(17):
             member.write(bytes(1 << 24))
     with pytest.raises(RunDirectoryError, match=r"unpacks to \d+ bytes"):
         RunDirectory(copy).read_iteration(1)

@@ -14,7 +14,7 @@ from example_trajectories import JOINTS, assert_same, demonstration, torn_bag, t
 from irlpilco_ros.experience.bag_files import mark_discarded
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
-from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.metrics import REPLAY, MetricsRow
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
@@ -34,7 +34,8 @@ def policy(seed: int) -> LinearPolicy:
 
 
 def row(iteration: int | None, trial_number: int = 0) -> MetricsRow:
-    return MetricsRow(iteration, trial_number, 0.1, 0.01, 1.0, 2.0, 8.0, 0.5, 0.25)
+    path = (0.2, 0.3, 1.5, 4.0)
+    return MetricsRow(iteration, trial_number, 0.1, 0.01, 1.0, 2.0, 8.0, 0.5, 0.25, *path)
 
 
 @pytest.fixture
@@ -246,7 +247,7 @@ def test_a_judged_iteration_is_never_written_again(run):
         run.write_policy(0, policy(2), Joints(JOINTS))
     np.testing.assert_array_equal(run.read_policy(0).weights, policy(1).weights)
     assert [each.iteration for each in run.metrics()] == [0]
-    assert run.replay_metrics() == row(None, 3)
+    assert run.baseline_metrics(REPLAY) == row(None, 3)
 
 
 def test_an_unreadable_iteration_is_named_and_half_of_one_does_not_count(run):

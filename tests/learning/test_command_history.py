@@ -160,14 +160,12 @@ def test_a_policy_is_told_what_it_commanded_before():
     weights[:, 4:] = [[1.0, 0.0, 10.0, 0.0], [0.0, 1.0, 0.0, 10.0]]
     seen = []
 
-    class Spy:
-        state_size = 8
-
+    class Spy(LinearPolicy):
         def act(self, state, step):
             seen.append(state[4:])
             return np.array([step + 1.0, -step - 1.0])
 
-    acting = PolicyOf(ROBOT, Spy())
+    acting = PolicyOf(ROBOT, Spy(weights, np.zeros(J), np.ones(J)))
     for step in range(3):
         acting.act(np.zeros(4), step)
     np.testing.assert_array_equal(seen, [[0, 0, 0, 0], [1, -1, 0, 0], [2, -2, 1, -1]])

@@ -120,6 +120,25 @@ def test_what_does_not_go_together_is_refused_at_once(whole):
         next(loop)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("predicted_means", np.zeros(3)),
+        ("predicted_covariances", np.zeros((7, 4))),
+        ("predicted_covariances", np.zeros((7, 4, 3))),
+        ("weights", np.asarray(["a", "b"])),
+        ("weights", np.asarray([1.0, np.nan])),
+        ("weights", np.zeros(2, complex)),
+        ("log_signal", np.zeros(3)),
+        ("log_lengthscales", np.asarray(1.0)),
+        ("index", np.asarray(-1)),
+    ],
+)
+def test_an_iteration_whose_arrays_do_not_fit_is_refused_by_name(whole, name, value):
+    with pytest.raises(InvalidSettingError, match=f"an iteration's {name}"):
+        Iteration.from_arrays({**whole[1].to_arrays(), name: value})
+
+
 @pytest.mark.parametrize("index", [0, 1])
 def test_an_iteration_is_kept_without_its_trial(whole, index):
     kept = Iteration.from_arrays(whole[index].to_arrays())

@@ -54,12 +54,12 @@ def run_trial(policy, horizon=8):
 
 
 def test_pilco_learns_to_reach_the_target():
-    """PILCO's own search; the seeds 0 to 7 all came within 0.003 rad."""
-    settings = dataclasses.replace(SETTINGS, optimiser="bfgs", evaluations=60)
-    found = list(islice(pilco(pendulum_task(), settings, run_trial), 5))
+    """PILCO's own search; the seeds 0 to 5 all came within 0.0001 rad."""
+    settings = dataclasses.replace(SETTINGS, optimiser="bfgs", evaluations=40)
+    found = list(islice(pilco(pendulum_task(), settings, run_trial), 4))
     assert abs(found[-1].trial.states[-1, 0] - np.pi / 2) < 0.02
     assert found[-1].cost < found[1].cost + 1.0
-    assert [iteration.index for iteration in found] == [0, 1, 2, 3, 4]
+    assert [iteration.index for iteration in found] == [0, 1, 2, 3]
     assert found[-1].predicted_means.shape == (9, 2)
     assert np.isnan(found[-1].margin)
     assert not found[-1].learned

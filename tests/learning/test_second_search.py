@@ -46,6 +46,11 @@ class Search:
 STARTS = [policy(8), policy(9)]
 
 
+def nothing(index):
+    """What a trial did cost, if it was perfect."""
+    return 0.0
+
+
 @pytest.mark.parametrize(
     ("cost", "previous", "best"),
     [
@@ -58,7 +63,7 @@ STARTS = [policy(8), policy(9)]
 )
 def test_what_is_not_much_worse_is_taken_as_it_is(cost, previous, best):
     search = Search(cost)
-    found, notes = search_twice_if_needed(search, STARTS, previous, best)
+    found, notes = search_twice_if_needed(search, STARTS, previous, best, nothing)
     assert (found.cost, found.evaluations, notes) == (cost, 3, ())
     assert search.starts == [STARTS]
 
@@ -66,7 +71,7 @@ def test_what_is_not_much_worse_is_taken_as_it_is(cost, previous, best):
 @pytest.mark.parametrize("best", [iteration(2, 1.5), iteration(2, 0.5), iteration(2, np.nan)])
 def test_what_is_much_worse_starts_again_from_the_best(best):
     search = Search(80.0, 2.0)
-    found, (note,) = search_twice_if_needed(search, STARTS, iteration(4, 1.0), best)
+    found, (note,) = search_twice_if_needed(search, STARTS, iteration(4, 1.0), best, nothing)
     assert search.starts == [STARTS, [best.policy]]
     assert (found.cost, found.evaluations) == (2.0, 6)
     assert "predicted cost 80 was" in note
@@ -74,28 +79,55 @@ def test_what_is_much_worse_starts_again_from_the_best(best):
     assert "bad trial" not in note
 
 
+def test_what_costs_next_to_nothing_is_well():
+    """Feature expectations can be met to 1e-20; the next prediction of 1e-18 is no collapse."""
+    search = Search(1e-18)
+    found, notes = search_twice_if_needed(
+        search, STARTS, iteration(4, 1e-20), iteration(2, 1e-12), {2: 1e-4}.get
+    )
+    assert (found.cost, notes) == (1e-18, ())
+
+
 def test_without_a_better_one_it_starts_from_the_last():
     for best in (None, Iteration(0, open_loop_policy(TASK))):  # which cannot be searched
         search = Search(80.0, 2.0)
-        search_twice_if_needed(search, STARTS, iteration(4, 1.0), best)
+        search_twice_if_needed(search, STARTS, iteration(4, 1.0), best, nothing)
         assert search.starts[1] == [iteration(4, 1.0).policy]
 
 
 def test_a_second_search_in_vain_says_what_to_expect():
     last = iteration(4, 1.0)
-    found, (note,) = search_twice_if_needed(Search(80.0, 90.0), STARTS, last, last)
+    found, (note,) = search_twice_if_needed(Search(80.0, 90.0), STARTS, last, last, nothing)
     assert (found.cost, found.evaluations) == (80.0, 6)
     assert "80 times the 1 of iteration 4" in note
     assert "expect a bad trial, and give the search more evaluations" in note
-    found, (note,) = search_twice_if_needed(Search(80.0, None), STARTS, last, last)
+    found, (note,) = search_twice_if_needed(Search(80.0, None), STARTS, last, last, nothing)
     assert found.cost == 80.0
     assert note.endswith("iteration 4: nothing finite")
 
 
 def test_after_a_collapse_the_measure_is_still_the_best():
     search = Search(70.0, 2.0)
-    search_twice_if_needed(search, STARTS, iteration(5, 80.0), iteration(4, 1.0))
+    search_twice_if_needed(search, STARTS, iteration(5, 80.0), iteration(4, 1.0), nothing)
     assert search.starts[1] == [iteration(4, 1.0).policy]
+
+
+def test_a_collapse_as_it_was_found_is_mended():
+    """With four evaluations by L-BFGS 75 mrad became 1.6 rad, and 0.4 rad for ever after."""
+    settings = LearningSettings(
+        threads=1, evaluations=4, imitation="trajectory_kl", optimiser="lbfgs"
+    )
+    loop, robot = LearningLoop(TASK, settings), Robot()
+    told = []
+    for _ in range(4):
+        told += loop.propose().notes
+        loop.take(robot.run(loop.last.policy))
+    errors = [judge(TASK, trial).rmse for trial in loop.trials]
+    assert errors[1] > 10.0 * errors[0], "or it collapses no more"
+    (note,) = told
+    assert "searched again from the policy of iteration 0" in note
+    assert errors[2] < errors[0]
+    assert errors[3] < errors[2]
 
 
 class Robot:

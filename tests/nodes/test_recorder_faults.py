@@ -12,7 +12,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.bag_reader import read_bag, read_messages
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import DIAGNOSTICS, JOINT_STATES_PUB
 
@@ -218,24 +218,34 @@ SET_CLOCK = """
 import sys, time
 from pathlib import Path
 real, file, hour = time.time_ns, Path(sys.argv.pop(1)), 3600 * 10**9
-# A computer whose clock was an hour ahead, and is set while the file is there.
-time.time_ns = lambda: real() + (0 if file.exists() else hour)
+# A computer whose clock was an hour ahead, and is set right when the file is there.
+ahead = lambda: 0 if file.exists() else hour
+time.time_ns = lambda: real() + ahead()
+from irlpilco_ros.experience.running_clock import RunningClock
 from irlpilco_ros.nodes.demonstration_recorder import main
+mended = RunningClock.mended
+RunningClock.mended = lambda self, received: mended(self, received + ahead())
 sys.exit(main())
 """
 
 
-def test_a_clock_that_is_set_back_costs_no_sample(ros, tmp_path):
-    setting, script = tmp_path / "set", tmp_path / "recorder.py"
-    script.write_text(SET_CLOCK)
-    command = [sys.executable, str(script), str(setting), "--ros-args"]
-    for value in (f"joints:=[{','.join(JOINTS)}]", f"output_directory:={tmp_path / 'bags'}"):
+def driver_of(ros, folder: Path, script: str) -> tuple[Driver, Path]:
+    """Start a recorder by a script; return its driver and the file that the script looks at."""
+    file = folder / "file"
+    (folder / "recorder.py").write_text(script)
+    command = [sys.executable, str(folder / "recorder.py"), str(file), "--ros-args"]
+    for value in (f"joints:=[{','.join(JOINTS)}]", f"output_directory:={folder / 'bags'}"):
         command += ["-p", value]
     ros.run(command)
     ros.wait_for_node("demonstration_recorder")
     driver = Driver.__new__(Driver)
     driver.ros, driver.stamp = ros, 50_000_000_000
     driver.left = ros.publisher(JointState, "joint_states", JOINT_STATES_PUB, subscribers=1)
+    return driver, file
+
+
+def test_a_clock_that_is_set_back_costs_no_sample(ros, tmp_path):
+    driver, setting = driver_of(ros, tmp_path, SET_CLOCK)
     assert (started := driver.call("start", driver.whole)).success, started.message
     driver.move(3.0, driver.whole)
     setting.touch()
@@ -243,8 +253,11 @@ def test_a_clock_that_is_set_back_costs_no_sample(ros, tmp_path):
     answer = driver.call("stop", driver.whole)
     assert answer.success, answer.message
     assert " 0 missing, one every 0.500 s" in answer.message
-    recorded = read_bag(Path(answer.message.rpartition("bag: ")[2]))
+    bag = Path(answer.message.rpartition("bag: ")[2])
+    recorded = read_bag(bag)
     assert recorded.stamps[-1] - recorded.stamps[0] >= 6.0
+    times = [message.log_time for message in read_messages(bag)]
+    assert max(times) - min(times) < 600e9, "they go on as if nobody had set the clock"
 
 
 def test_samples_follow_the_control_period_unless_a_rate_is_set(ros, tmp_path):
@@ -256,12 +269,33 @@ def test_samples_follow_the_control_period_unless_a_rate_is_set(ros, tmp_path):
         assert f"one every {period:.3f} s" in driver.call("stop", driver.whole).message
 
 
+BUSY = """
+import sys, time
+from pathlib import Path
+from irlpilco_ros.nodes import demonstration_recorder as module
+file, begin = Path(sys.argv.pop(1)), module.DemonstrationRecorder._begin
+def late(self, settings):
+    time.sleep(1.0)
+    file.touch()
+    return begin(self, settings)
+module.DemonstrationRecorder._begin = late
+sys.exit(module.main())
+"""
+
+
 def test_what_came_before_the_start_is_not_recorded(ros, tmp_path):
-    """Not even what still waits in a queue."""
-    driver = Driver(ros, tmp_path)
-    for _ in range(20):
-        driver.stamp += 500_000_000
+    """Not even what waits in a queue, because the computer is busy."""
+    driver, began = driver_of(ros, tmp_path, BUSY)
+    waiting = []
+
+    def tell() -> None:
         driver.whole()
-    begin = driver.stamp
-    assert (answer := driver.call("start", driver.whole)).success
-    assert read_bag(Path(answer.message.rpartition("bag: ")[2])).stamps[0] >= 1e-9 * begin
+        if not began.exists():
+            waiting.append(driver.stamp)
+
+    answer = driver.call("start", tell)
+    assert answer.success, answer.message
+    assert len(waiting) > 20
+    first = read_bag(Path(answer.message.rpartition("bag: ")[2])).stamps[0]
+    # The last of them may still be under way when the recorder looks.
+    assert first >= 1e-9 * waiting[-10]

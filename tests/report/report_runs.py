@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
@@ -46,6 +47,7 @@ def summary(joints: tuple[str, ...], iterations: int = 2, horizon: int = 4) -> R
         model=ModelSummary(tuple(inputs), tuple(states), lengthscales, np.full(len(inputs), 2.0)),
         settings={"imitation": "feature_matching"},
         features=joints,
+        demonstration_path=PathQuality(0.0, 0.0, 1.5, 1.75),
     )
 
 
@@ -64,6 +66,7 @@ def _iteration(k: int, demonstration: np.ndarray) -> IterationSummary:
         robot_time=8.0 * (k + 1),
         model_time=1.5 * k,
         policy_time=2.5 * k,
+        path=PathQuality(2 * LATE * (k + 1), 9 * LATE * (k + 1), 1.25, 43.5),
     )
 
 
@@ -106,7 +109,10 @@ def _recorded(joints: tuple[str, ...], positions: np.ndarray, commanded: bool) -
 
 def _row(iteration: int | None, trial: int, rmse: float) -> MetricsRow:
     k = iteration or 0
-    return MetricsRow(iteration, trial, rmse, rmse**2, 0.5, 10.0, 8.0 * (k + 1), 1.5 * k, 2.5 * k)
+    path = (2 * rmse, 9 * rmse, 1.25, 43.5)
+    return MetricsRow(
+        iteration, trial, rmse, rmse**2, 0.5, 10.0, 8.0 * (k + 1), 1.5 * k, 2.5 * k, *path
+    )
 
 
 def _found(k: int, positions: np.ndarray) -> Iteration:

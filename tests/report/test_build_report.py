@@ -12,6 +12,7 @@ from PIL import Image
 from report_runs import demonstrated, write_run
 
 from irlpilco_ros.cli import main
+from irlpilco_ros.experience.errors import FileError
 from irlpilco_ros.report import build_report, sweeps
 from irlpilco_ros.report.resimulation import PIECES, can_resimulate, count_debris
 from irlpilco_ros.resources import config_file, recording
@@ -118,3 +119,15 @@ def test_report_of_joints_with_names_of_any_kind(tmp_path: Path) -> None:
     run = write_run(tmp_path / "odd", names, demonstrated(2, 4), 1)
     html = build_report(run.path).read_text(encoding="utf-8")
     assert "<i>&" not in html
+
+
+def test_a_report_that_cannot_be_written_is_a_sentence_with_its_path(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "other", ("shoulder", "elbow"), demonstrated(2, 4)).path
+    (run / "report").mkdir()
+    (run / "report" / "error.svg").symlink_to("/dev/full")
+    with pytest.raises(FileError, match=r"cannot write .*/report: No space left"):
+        build_report(run)
+    shutil.rmtree(run / "report")
+    (run / "report").touch()
+    with pytest.raises(FileError, match=r"cannot write .*/report: File exists"):
+        build_report(run)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from report_runs import LATE, summary
 
+from irlpilco_ros.experience.path_quality import UNKNOWN
 from irlpilco_ros.report import style
 from irlpilco_ros.report.debris_figure import DEMONSTRATION, LEARNED, REPLAY, debris_figure
 from irlpilco_ros.report.joint_figures import difference_figure, joint_groups, position_figure
@@ -119,9 +120,15 @@ def test_error_has_replay_as_a_line_of_its_own() -> None:
     assert "[rad]" in axes.get_ylabel()
 
 
-def test_error_without_replay_and_prediction_is_one_line() -> None:
+def test_error_without_replay_and_prediction_is_one_line_and_one_of_the_path() -> None:
     run = summary(("a", "b"), iterations=0)
     run = dataclasses.replace(run, replay=None, replay_rmse=float("nan"))
+    assert [line.get_label() for line in error_figure(run).axes[0].lines] == [
+        "robot, whole path",
+        "robot, at the decisions",
+    ]
+    coarse = dataclasses.replace(run.last, path=UNKNOWN)
+    run = dataclasses.replace(run, iterations=(coarse,))
     assert len(error_figure(run).axes[0].lines) == 1
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from report_runs import summary
 
+from irlpilco_ros.experience.path_quality import UNKNOWN
 from irlpilco_ros.report.page import Artwork, duration, render_page
 from irlpilco_ros.report.run_summary import DebrisCount
 
@@ -98,8 +99,20 @@ def test_headline_and_table_have_the_numbers(artwork: Artwork) -> None:
     text = Page(render_page(summary(("a", "b")), artwork)).text
     for number in ("0.0030 rad", "0.0200", "24\xa0s", "17.0 of 20", "3 trials"):
         assert number in text
+    for number in ("0.0060 rad on the whole path", "0.0270", "1.25", "43.5", "1.50"):
+        assert number in text
+    assert text.index("0.0060") < text.index("0.0030"), "the path comes first"
     assert "nan" not in text
     assert "open-loop replay" in text
+
+
+def test_a_run_whose_path_is_not_known_speaks_of_the_decisions_alone(artwork: Artwork) -> None:
+    run = summary(("a", "b"))
+    coarse = tuple(dataclasses.replace(each, path=UNKNOWN) for each in run.iterations)
+    text = Page(render_page(dataclasses.replace(run, iterations=coarse), artwork)).text
+    assert "to within 0.0030 rad (root mean square)" in text
+    assert "whole path" not in text
+    assert "nan" not in text
 
 
 def test_what_is_missing_is_said(artwork: Artwork) -> None:

@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from report_runs import LATE, PREDICTED_LATE, demonstrated, write_run
 
 from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.report.read_run import read_run
 
@@ -42,6 +45,8 @@ def test_times_demonstration_and_numbers(run: RunDirectory) -> None:
     np.testing.assert_allclose(found.times, [0.0, 0.5, 1.0, 1.5, 2.0])
     np.testing.assert_allclose(found.demonstration, POSITIONS, atol=1e-12)
     assert found.last.rmse == pytest.approx(3e-3)
+    assert found.last.path == PathQuality(6e-3, 27e-3, 1.25, 43.5)
+    assert found.path_is_known
     assert found.computing_time == pytest.approx(1.5 + 2.5 + 3.0 + 5.0)
     assert found.last.notes == ("jitter 1e-6 was added",)
     assert found.settings["joints"] == "shoulder, elbow"
@@ -88,5 +93,50 @@ def test_run_without_a_judged_trial_is_refused(tmp_path: Path) -> None:
 def test_configuration_without_joints_is_refused(tmp_path: Path) -> None:
     run = write_run(tmp_path / "new", JOINTS, POSITIONS, iterations=0, replay=False)
     (run.path / "config.yaml").write_text("seed: 0\n")
-    with pytest.raises(RunDirectoryError, match="lacks the key 'joints'"):
+    with pytest.raises(RunDirectoryError, match=r"config\.yaml: joints is missing or empty"):
+        read_run(run)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *(
+            (key, value)
+            for key in ("joints", "continuous_joints")
+            for value in (None, 3, [[1]], [1])
+        ),
+        ("joints", []),
+        ("unactuated_joints", ["nobody"]),
+        *(("horizon", value) for value in (None, 0, -1, 2.5, True, "4", [4], float("nan"))),
+        *(("control_period", value) for value in (None, 0.0, "x", float("inf"), {"a": 1})),
+    ],
+)
+def test_a_configuration_that_makes_no_sense_is_refused_by_its_key(
+    tmp_path: Path, key: str, value: object
+) -> None:
+    run = write_run(tmp_path / "new", JOINTS, POSITIONS, iterations=0, replay=False)
+    run.configuration_file.write_text(yaml.safe_dump({**run.configuration(), key: value}))
+    name = key if value != ["nobody"] else "unactuated joints nobody"
+    with pytest.raises(RunDirectoryError, match=rf"config\.yaml: .*{name}"):
+        read_run(run)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        (
+            {"predicted_means": np.zeros((3, 4)), "predicted_covariances": np.zeros((3, 4, 4))},
+            "002",
+        ),
+        ({"weights": np.ones(7)}, "weights of different features"),
+        ({"index": np.asarray(1)}, "holds iteration 1"),
+    ],
+)
+def test_an_iteration_that_is_none_of_this_run_is_refused(
+    tmp_path: Path, changes: dict[str, np.ndarray], reason: str
+) -> None:
+    run = write_run(tmp_path / "run", JOINTS, POSITIONS)
+    arrays: dict[str, Any] = {**run.read_iteration(2).to_arrays(), **changes}
+    np.savez(run.iteration_file(2), **arrays)
+    with pytest.raises(RunDirectoryError, match=reason):
         read_run(run)

@@ -28,6 +28,16 @@ def test_what_nobody_chose_and_this_host_mean_loopback_alone(asked, closed):
     assert not warning(environment)
 
 
+def test_what_another_installation_of_this_package_set_is_kept():
+    """As when `ros2 launch` finds another one than the nodes that it starts."""
+    environment = {RANGE: "SYSTEM_DEFAULT", PROFILES[0]: "/elsewhere/this_host.xml"}
+    before = dict(environment)
+    assert not is_open(environment)
+    keep_to_this_host(environment)
+    assert not warning(environment)
+    assert environment[RANGE] == before[RANGE]
+
+
 @pytest.mark.parametrize("chosen", ["OFF", "SYSTEM_DEFAULT"])
 def test_another_range_is_a_choice(chosen):
     environment = {RANGE: chosen}
@@ -87,7 +97,7 @@ def test_a_node_has_sockets_that_a_network_reaches_only_if_it_is_told_to(ros, as
     ros.wait_for_node("minimal", process)
     found = addresses(process.popen.pid)
     assert found <= at if "127.0.0.1" in at else at <= found
-    ros.wait_for(lambda: said in process.output, said)
+    ros.wait_for(lambda: said in process.output and "running" in process.output, said)
     assert bool(said) == ("computer" in process.output or "network" in process.output)
 
 

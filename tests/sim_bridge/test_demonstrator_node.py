@@ -91,4 +91,4 @@ def test_unreadable_motion_ends_it(ros: RosGraph) -> None:
     )
     process.expected_code = 1
     assert process.wait(30.0) == 1
-    assert "cannot read a motion from /nowhere.yaml" in process.output
+    assert "cannot read a motion: cannot read /nowhere.yaml" in process.output

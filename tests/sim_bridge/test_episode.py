@@ -17,6 +17,7 @@ from sim_bridge.episode import (
 from sim_bridge.errors import ApproachError
 from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.path_recorder import PathRecorder
 from sim_bridge.simulation_settings import SimulationSettings
 
 
@@ -54,6 +55,20 @@ def test_policy_decides_once_per_tick_on_what_is_measured() -> None:
     np.testing.assert_array_equal(trial.states[4], robot.read().state(ARM_JOINTS))
     controls = [0.2 * np.sin(30.0 * state[:14] + step) for step, _, state in policy.calls]
     np.testing.assert_array_equal(trial.controls, controls)
+
+
+def test_the_path_of_a_trial_and_of_a_demonstration_is_every_state_the_ticks_among_them() -> None:
+    robot = BaxterSimulation()
+    kept = PathRecorder(robot)
+    trial = run_trial(robot, Watcher(robot), horizon=4, dt=0.5, each_state=kept.take)
+    path = kept.path()
+    np.testing.assert_allclose(path.times, 0.01 * np.arange(201), atol=1e-12)
+    np.testing.assert_array_equal(np.hstack([path.positions, path.velocities])[::50], trial.states)
+    kept = PathRecorder(robot)
+    shown = play_demonstration(robot, each_state=kept.take)
+    path = kept.path()
+    np.testing.assert_allclose(path.times, 0.01 * np.arange(801), atol=1e-12)
+    np.testing.assert_array_equal(np.hstack([path.positions, path.velocities])[::50], shown.states)
 
 
 def test_a_period_that_is_no_multiple_of_10_ms_ends_at_the_next_state() -> None:

@@ -14,6 +14,7 @@ from irlpilco_ros.studies.baxter.figures import write_figures
 from irlpilco_ros.studies.baxter.learning_run import learned_policy, learning_job, thesis_settings
 from irlpilco_ros.studies.baxter.reproduce_figures import cart_pole_errors
 from irlpilco_ros.studies.baxter.results import EXPERIMENTS
+from irlpilco_ros.studies.baxter.run_summary import summary_of
 from irlpilco_ros.studies.result_store import ResultStore
 from sim_bridge.joints import ARM_JOINTS
 
@@ -32,6 +33,19 @@ def test_learning_beats_replay_on_a_miscalibrated_robot(learned):
     assert errors[2] < 0.02
     assert errors[2] < 0.4 * learned["replay_rmse"]
     assert max(learned["rows"][2]["hands"]) < max(learned["replay_hands"])
+
+
+def test_the_path_is_measured_beside_the_decisions(learned):
+    shown = learned["demonstration_path"]
+    assert shown["rmse"] == shown["largest"] == 0.0
+    for row in learned["rows"]:
+        path = row["path"]
+        assert 0.9 * row["rmse"] < path["rmse"] < path["largest"]
+        assert shown["acceleration_p99"] < path["acceleration_max"]
+    assert learned["rows"][2]["path"]["rmse"] < 0.5 * learned["replay_path"]["rmse"]
+    summary = summary_of("run", learned)
+    assert summary.path_is_known
+    assert summary.demonstration_path.acceleration_p99 == shown["acceleration_p99"]
 
 
 def test_the_learned_policy_can_be_tried_on_a_perturbed_robot(learned):

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
+from irlpilco_ros.experience.path_quality import MotionPath, path_quality
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.policies import Arrays, Policy, from_arrays
 from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
@@ -21,6 +23,7 @@ from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration, run_episode
 from sim_bridge.errors import ApproachError
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.path_recorder import PathRecorder
 from sim_bridge.tool_kinematics import ToolKinematics
 
 JOINTS = len(ARM_JOINTS)
@@ -68,16 +71,26 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
     """Show the sweep, replay it, and learn it; returns what every trial was like."""
     simulation = BaxterSimulation(ROBOTS[robot](settings.seed))
     kinematics = ToolKinematics()
-    shown = play_demonstration(simulation)
+    teacher = PathRecorder(simulation)
+    shown = play_demonstration(simulation, each_state=teacher.take)
     task = sweep_task(shown, features)
-    replay = _try(simulation, open_loop_policy(task), task)
+    paths: list[dict[str, float]] = []
+
+    def try_out(policy: Policy) -> Rollout:
+        trial, path = _try(simulation, policy, task)
+        paths.append(_quality(path, teacher.path()))
+        return trial
+
+    replay = try_out(open_loop_policy(task))
     trials: list[Rollout] = []
     rows = []
-    loop = apprenticeship(task, settings, lambda policy: _try(simulation, policy, task))
-    for iteration in islice(loop, iterations + 1):
+    for iteration in islice(apprenticeship(task, settings, try_out), iterations + 1):
         trials.append(iteration.trial)
-        rows.append(_row(task, kinematics, trials, iteration, settings))
+        row = _row(task, kinematics, trials, iteration, settings)
+        rows.append({**row, "path": paths[-1]})
     return {
+        "demonstration_path": _quality(teacher.path(), teacher.path()),
+        "replay_path": paths[0],
         "demonstration": shown.states.tolist(),
         "replay_rmse": joint_rmse(shown, replay),
         "replay_positions": _positions(replay),
@@ -130,14 +143,19 @@ def demonstration_of(result: Result) -> Rollout:
     return Rollout(states, np.full((len(states) - 1, JOINTS), np.nan))
 
 
-def _try(simulation: BaxterSimulation, policy: Policy, task: Task) -> Rollout:
+def _try(simulation: BaxterSimulation, policy: Policy, task: Task) -> tuple[Rollout, MotionPath]:
     """Run one trial; arms that a wild one before left knotted are freed, as a person would."""
-    start = task.reference_states()[0, :JOINTS]
+    start, robot = task.reference_states()[0, :JOINTS], PathRecorder(simulation)
+    arguments = (policy, start, task.horizon, task.dt, robot.take)
     try:
-        return run_episode(simulation, policy, start, task.horizon, task.dt)
+        return run_episode(simulation, *arguments), robot.path()
     except ApproachError:
         simulation.reset(_NEXT_NOISE + simulation.settings.seed)
-        return run_episode(simulation, policy, start, task.horizon, task.dt)
+        return run_episode(simulation, *arguments), robot.path()
+
+
+def _quality(path: MotionPath, shown: MotionPath) -> dict[str, float]:
+    return dataclasses.asdict(path_quality(path, [shown], Joints(tuple(ARM_JOINTS))))
 
 
 def _row(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
 from irlpilco_ros.report.run_summary import IterationSummary, RunSummary
 from irlpilco_ros.studies.baxter.learning_run import JOINTS, TRIAL_SECONDS
 from irlpilco_ros.studies.job import Result
@@ -26,6 +27,8 @@ def summary_of(name: str, result: Result) -> RunSummary:
         replay_rmse=result["replay_rmse"],
         model=None,
         settings={},
+        replay_path=_path(result.get("replay_path")),
+        demonstration_path=_path(result.get("demonstration_path")),
     )
 
 
@@ -44,4 +47,10 @@ def _iteration(index: int, row: dict[str, Any]) -> IterationSummary:
         robot_time=TRIAL_SECONDS * (index + 1),
         model_time=row["model_seconds"],
         policy_time=row["policy_seconds"],
+        path=_path(row.get("path")),
     )
+
+
+def _path(quality: dict[str, float] | None) -> PathQuality:
+    """Return how a path was done; results from before it was measured do not tell."""
+    return UNKNOWN if quality is None else PathQuality(**quality)
