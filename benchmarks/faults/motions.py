@@ -26,6 +26,9 @@ from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_PUB
 HELD_UP = 0.5  # [s]
 DISK_LEFT = 8192  # bytes
 
+INCURABLE = "kill -9 of the controller, for a receiver that holds"
+"""Nobody is left to stop the robot: only what receives the commands can."""
+
 Make = Callable[[Workplace], Any]
 
 
@@ -130,6 +133,7 @@ def foreign_command(place: Workplace) -> float:
 
 def second_controller(place: Workplace) -> None:
     place.ros.start(CONTROLLER, parameters=ROBOT, wait=False)
+    place.ros.wait_for(lambda: "second node" in place.controller.output, "a warning", 30.0)
 
 
 def malformed(place: Workplace) -> None:
@@ -158,7 +162,7 @@ ENDING: Sequence[tuple[str, Make]] = (
     (f"the controller is held up for {HELD_UP:g} s (SIGSTOP), from its return on", held_up),
     ("SIGTERM to the controller", signalled(signal.SIGTERM)),
     ("SIGINT to the controller", signalled(signal.SIGINT)),
-    ("kill -9 of the controller, for a receiver that holds", signalled(signal.SIGKILL)),
+    (INCURABLE, signalled(signal.SIGKILL)),
     ("`controller/stop`", lambda place: assert_(place.ros.trigger("controller/stop").success)),
     ("`controller/enable` false", disabled),
     ("the policy is changed", set_parameters(policy(0.2))),
