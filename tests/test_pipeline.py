@@ -27,6 +27,7 @@ pytestmark = [pytest.mark.dds, pytest.mark.slow]
 
 SHIPPED = Path(__file__).resolve().parents[1] / "config" / "baxter.yaml"
 HORIZON = 8  # the first half of the sweep: a quarter of the computing
+WINDOW = [0.0, 0.5 * HORIZON]  # [s]
 LEFT_ARM = tuple(f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2"))
 SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 10\n    linear_phase.count: 8\n"
 
@@ -42,7 +43,7 @@ class Pipeline:
         self.progress = graph.listen(DiagnosticArray, "learner/progress", DIAGNOSTICS)
         self.health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
         self.robot = folder / "robot.yaml"
-        self.robot.write_text(SHIPPED.read_text().replace("horizon: 16", f"horizon: {HORIZON}"))
+        self.robot.write_text(SHIPPED.read_text())
         recordings = {"output_directory": str(folder / "recordings")}
         self.simulator = self.start_simulator()
         graph.start("sim_bridge.demonstrator_node", files=[self.robot], wait=False)
@@ -71,7 +72,11 @@ class Pipeline:
         self.health.clear()
         learner = self.graph.start(
             "irlpilco_ros.nodes.learner",
-            parameters={"run_directory": str(self.run.path), "demonstration": demonstration},
+            parameters={
+                "run_directory": str(self.run.path),
+                "demonstration": demonstration,
+                "demonstration_window": WINDOW,
+            },
             files=[self.robot, self.settings],
             wait=False,
         )
@@ -166,7 +171,7 @@ def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
     words = ["-m", "irlpilco_ros.cli", "train", "--run-directory", str(tmp_path / "out")]
     words += ["--demonstration", str(pipeline.demonstration)]
     words += ["--trials", str(pipeline.run.trials_directory), "--settings", str(pipeline.settings)]
-    words += ["--robot", str(pipeline.robot)]
+    words += ["--robot", str(pipeline.robot), "--demonstration-window", *map(str, WINDOW)]
     training = pipeline.graph.run([sys.executable, *words], log="train.log")
     assert training.wait(120.0) == 0, training.output
     for iteration in range(3):

@@ -36,8 +36,9 @@ def baxter() -> RobotSettings:
 def record_trial(simulation, plan, robot, folder):
     """Run the trial of a plan, and write its bag as the recorder does."""
     start, policy = plan.parameters["start_position"], plan.iteration.policy
-    run = run_episode(simulation, policy, start, robot.horizon, robot.control_period)
-    joints, stamps = len(ARM_JOINTS), robot.control_period * np.arange(1.0, robot.horizon + 2)
+    horizon, period = plan.parameters["trial_horizon"], robot.control_period
+    run = run_episode(simulation, policy, start, horizon, period)
+    joints, stamps = len(ARM_JOINTS), period * np.arange(1.0, horizon + 2)
     commands = np.vstack([run.controls, np.zeros((1, joints))])
     states = run.states[:, :joints], run.states[:, joints:]
     return write_trajectory(folder, Trajectory(ARM_JOINTS, stamps, *states, commands))

@@ -89,5 +89,5 @@ def _losses(losses: Sequence[int | None]) -> str:
 def _cell(text: str) -> str:
     """Return a text that fits in a cell, without paths and run of the machine."""
     line = " ".join(text.split()).replace("|", "\\|")
-    line = re.sub(r"/[\w./-]*/", "", line)
+    line = re.sub(r"(?<!\w)/[\w./-]*/", "", line)
     return line if len(line) <= _LONGEST else line[: _LONGEST - 1].rstrip() + "…"

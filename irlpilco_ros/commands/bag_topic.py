@@ -1,4 +1,4 @@
-"""Which topic of joint states a command takes of a bag."""
+"""What a command takes of a bag: which topic of joint states, and which part of its time."""
 
 from __future__ import annotations
 
@@ -12,4 +12,17 @@ def add_topic_argument(parser: argparse.ArgumentParser) -> None:
         default="",
         metavar="TOPIC",
         help="topic of joint states to take of a bag where several tell the same joints",
+    )
+
+
+def add_window_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --demonstration-window."""
+    parser.add_argument(
+        "--demonstration-window",
+        type=float,
+        nargs=2,
+        default=(),
+        metavar=("BEGIN", "END"),
+        help="part of the demonstration to imitate, since its first sample [s] (default: its "
+        "motion, without what stands still before and after it)",
     )

@@ -6,17 +6,21 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from irlpilco_ros.commands.bag_topic import add_topic_argument
+from irlpilco_ros.commands.bag_topic import add_topic_argument, add_window_argument
 
 EPILOG = """\
 It shows the recorded joints, the number of samples and commands, the time between samples and
 what is missing. A bag that was torn off by a crash is read up to the tear; the bag is only read.
 Of a run, or another folder of bags, it shows a line for each bag.
 
+With --robot it also says what that robot can learn from the bag: whether it is refused as a
+demonstration, and why, else its motion and how good a recording it is.
+
 examples:
   irlpilco inspect runs/demo/trials/000      a bag is a folder
   irlpilco inspect runs/demo/trials/000/000_0.mcap
   irlpilco inspect runs/demo                 all bags of a run
+  irlpilco inspect recordings/000 --robot config/baxter.yaml
 """
 
 
@@ -30,13 +34,23 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="the bag's folder or file, or a run")
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        metavar="FILE",
+        help="parameters file of the robot that is to learn from the bag",
+    )
+    add_window_argument(parser)
     add_topic_argument(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the summary of the bag."""
+    from irlpilco_ros.commands.settings_files import read_robot_settings
     from irlpilco_ros.experience.inspect import inspect
 
-    print(inspect(arguments.bag, arguments.joint_states_topic))
+    robot = read_robot_settings(arguments.robot) if arguments.robot else None
+    window = tuple(arguments.demonstration_window)
+    print(inspect(arguments.bag, arguments.joint_states_topic, robot, window))
     return 0

@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from irlpilco_ros.commands import metrics_table
-from irlpilco_ros.commands.bag_topic import add_topic_argument
+from irlpilco_ros.commands.bag_topic import add_topic_argument, add_window_argument
 from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
 from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.best_trial import best_sentence
+from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -28,6 +29,9 @@ It computes what the learner node computes when the robot has just done these tr
 them the cost weights, the dynamics model and the policy of the next one. The same bags and
 settings give the same policies, bit for bit. Trials come in the natural order of their names,
 whatever these are (1, 2, 10, take_a). Bags that hold no whole trial are named and passed over.
+
+Of the demonstration its motion is imitated, from onset to end. One that the robot cannot imitate is
+refused before anything is made, as `irlpilco inspect BAG --robot FILE` says beforehand.
 
 OUT, which must be new, becomes a run directory with copies of the bags; if it fails nothing is
 left of it. `irlpilco report OUT` shows it, a learner started on it goes on with the next trial, and
@@ -67,6 +71,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="OUT",
         help="where the result goes; must be new (default: runs/train)",
     )
+    add_window_argument(parser)
     add_topic_argument(parser)
     add_settings_arguments(parser)
     parser.set_defaults(run=run)
@@ -75,7 +80,9 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Learn from all trials, one after the other, and print a row for each."""
     robot, settings = read_settings(arguments)
-    bags = whole_trials(arguments.trials, robot, arguments.joint_states_topic)
+    topic, window = arguments.joint_states_topic, tuple(arguments.demonstration_window)
+    shown = checked_demonstrations(arguments.demonstration, robot, topic, window)
+    bags = whole_trials(arguments.trials, robot, shown[0].rollout.steps, topic)
     if os.path.lexists(arguments.run_directory):
         raise RunDirectoryError(
             f"{arguments.run_directory} exists already; name a new folder with --run-directory"
@@ -103,8 +110,11 @@ def learn(
         robot,
         settings,
         arguments.joint_states_topic,
+        tuple(arguments.demonstration_window),
     )
     try:
+        for line in learning.about_demonstration():
+            print(line, file=sys.stderr)
         print(metrics_table.header(), flush=True)
         for name, bag in numbers(bags).items():
             prepare(learning)
@@ -119,8 +129,14 @@ def learn(
         learning.close()
 
 
-def whole_trials(folder: Path, robot: RobotSettings, topic: str = "") -> list[Path]:
+def whole_trials(folder: Path, robot: RobotSettings, horizon: int, topic: str = "") -> list[Path]:
     """Return the bags in a folder that hold a whole trial, in order; say what is passed over.
+
+    Args:
+        folder: Where the bags are.
+        robot: The robot whose trials they are.
+        horizon: Decisions H of a trial.
+        topic: Which topic of joint states to take, where several tell the same joints.
 
     Raises:
         BagError: there is none; the message says what is wrong with those that are there.
@@ -128,7 +144,8 @@ def whole_trials(folder: Path, robot: RobotSettings, topic: str = "") -> list[Pa
     whole, reasons = [], []
     for bag in bags_in(folder):
         try:
-            read_bag(bag, topic, robot.joints).rollout(robot.roles, robot.horizon)
+            recorded = read_bag(bag, topic, robot.joints)
+            recorded.trial(robot.roles, horizon, robot.control_period)
         except BagError as error:
             reasons.append(f"{bag.name}: {error}")
         else:

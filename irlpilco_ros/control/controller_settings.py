@@ -20,6 +20,12 @@ class ControllerSettings:
         "goes there. Set with the policy.",
         unit="rad",
     )
+    trial_horizon: int = setting(
+        0,
+        "Number of decisions in a trial; set with the policy. 0: as `horizon` says.",
+        minimum=0,
+        maximum=10_000,
+    )
     start_tolerance: float = setting(
         0.001,
         "How near to its start position each joint must come for move_to_start to succeed. Smaller "

@@ -68,6 +68,7 @@ class MotionControl:
         self._finish: Callable[[Outcome], None] | None = None
         self._liveness = Liveness(self._tracker)
         self._acceleration = AccelerationLimit(robot.acceleration_limits)
+        self._malformed = ""
         self._answered: int | None = None
         self._watched = 0.0
         self._stall_guard = StallGuard(robot.roles.commanded)
@@ -147,7 +148,9 @@ class MotionControl:
         try:
             is_new = self._tracker.update(message, now)
         except MalformedJointStateError as error:
-            return self.stop(str(error))
+            self._malformed = str(error)
+            return self.stop(self._malformed)
+        self._malformed = ""
         reading = self._tracker.reading()
         if is_new:
             self._answered = None
@@ -198,9 +201,10 @@ class MotionControl:
 
     def silence(self, now: float) -> str:
         """Say which joints are missing, silent or stuck [steady clock, s]; empty if none is."""
-        return self._liveness.silence(
+        silence = self._liveness.silence(
             now, self.settings.state_timeout, is_moving=self._motion is not None
         )
+        return f"{silence}; {self._malformed}" if silence and self._malformed else silence
 
     def _limited(self, command: Command, reading: JointReading) -> Command:
         """Return the command within the acceleration limit; a motion ends when it has braked."""

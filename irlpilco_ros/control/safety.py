@@ -17,9 +17,6 @@ Vector = NDArray[np.float64]
 REACTION_TIME = 0.1
 """How far ahead a joint's way to its limit is looked at [s]: about what a servo takes to brake."""
 
-UNLIKELY_SPEED = 20.0
-"""No joint of an arm is as fast as this [rad/s]."""
-
 _ROUNDING = 1e-9
 
 
@@ -162,23 +159,6 @@ def _middle(robot: RobotSettings) -> Vector:
 
 def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) or "no joint"
-
-
-def unlikely_limits(robot: RobotSettings, limits: Vector) -> str:
-    """Say which velocity limits (F,) [rad/s] are beyond what a joint does; empty if none is."""
-    if robot.command_interface != "velocity":
-        return ""
-    unlikely = [
-        f"{joint} {limit:g}"
-        for joint, limit in zip(robot.roles.commanded, limits, strict=True)
-        if limit > UNLIKELY_SPEED
-    ]
-    if not unlikely:
-        return ""
-    return (
-        f"velocity limits of more than {UNLIKELY_SPEED:g} rad/s guard nothing: "
-        f"{', '.join(unlikely)} rad/s; expected what the joint's data sheet allows"
-    )
 
 
 def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -> None:

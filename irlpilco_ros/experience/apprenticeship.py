@@ -18,6 +18,8 @@ import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.best_trial import best_row, keep_best_policy
+from irlpilco_ros.experience.demonstration_checks import checked_motions
+from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import (
     BagError,
     IncompleteTrialError,
@@ -29,7 +31,8 @@ from irlpilco_ros.experience.path_judge import PathJudge
 from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
+from irlpilco_ros.experience.shown_motion import ShownMotion, Window
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.errors import IrlPilcoError
@@ -96,23 +99,31 @@ def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
     """Return the learning problem that one demonstration or several pose to a robot.
 
     Raises:
-        BagError: a demonstration lacks a joint or is shorter than a trial.
+        BagError: a demonstration cannot be imitated by this robot.
     """
-    joints = robot.roles
+    return task_of_motions(checked_motions(demonstrations, robot), robot)
+
+
+def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings) -> Task:
+    """Return the learning problem that checked demonstrations pose to a robot."""
     return Task(
-        tuple(shown.rollout(joints, robot.horizon) for shown in demonstrations),
+        tuple(each.rollout for each in shown),
         robot.control_period,
         robot.control_limit,
         robot.feature_map,
-        layout=joints.layout,
+        layout=robot.roles.layout,
         start_spread=robot.start_spread,
     )
 
 
 def controller_parameters(task: Task, policy: Policy, robot: RobotSettings) -> dict[str, Any]:
-    """Return what the controller needs for a trial: the policy, and where it starts [rad]."""
+    """Return what the controller needs for a trial: policy, start [rad], number of decisions."""
     start = task.reference_states()[0, : len(robot.joints)]
-    return {**policy_to_parameters(policy, robot.roles), "start_position": start.tolist()}
+    return {
+        **policy_to_parameters(policy, robot.roles),
+        "start_position": start.tolist(),
+        "trial_horizon": task.horizon,
+    }
 
 
 def joint_rmse(task: Task, trial: Rollout, robot: RobotSettings) -> float:
@@ -129,13 +140,30 @@ def joint_rmse(task: Task, trial: Rollout, robot: RobotSettings) -> float:
 
 
 def configuration(
-    robot: RobotSettings, settings: LearningSettings, topic: str = ""
+    robot: RobotSettings, settings: LearningSettings, topic: str = "", window: Window = ()
 ) -> dict[str, Any]:
     """Return everything that the results of a run depend on, but for demonstration and trials."""
     values = {**values_of(robot), **values_of(settings)}
     if topic:
         values["joint_states_topic"] = topic
+    if window:
+        values[WINDOW] = window
     return {key: value for key, value in values.items() if key not in WITHOUT_EFFECT}
+
+
+def check_demonstration(
+    directory: RunDirectory, source: Path, robot: RobotSettings, topic: str, window: Window
+) -> None:
+    """Check that a run can take bags for its demonstration, in place of one without a trial.
+
+    Arguments are those of `Apprenticeship.open`.
+
+    Raises:
+        RunDirectoryError: the run has learned from another one.
+        BagError: it cannot be read, or this robot cannot imitate it.
+    """
+    checked_demonstrations(source, robot, topic, window)
+    directory.check_demonstration(source, replace=True)
 
 
 class Apprenticeship:
@@ -144,19 +172,25 @@ class Apprenticeship:
     Attributes:
         directory: The run directory, claimed for writing.
         task: The learning problem.
+        shown: What the demonstrations show.
         notes: What its user should know of bags that could not be read.
     """
 
     def __init__(
-        self, directory: RunDirectory, robot: RobotSettings, settings: LearningSettings
+        self,
+        directory: RunDirectory,
+        robot: RobotSettings,
+        settings: LearningSettings,
+        shown: tuple[ShownMotion, ...],
     ) -> None:
         """Take up a run; use `open`."""
         self.directory = directory
-        self.task = task_of(directory.demonstrations(), robot)
+        self.task = task_of_motions(shown, robot)
+        self.shown = shown
         self._robot = robot
         self._settings = settings
         self.notes: tuple[str, ...] = ()
-        begins = [shown.stamps[0] for shown in directory.demonstrations()]
+        begins = [each.samples.stamps[0] + each.begin for each in shown]
         seconds = self.task.horizon * self.task.dt
         self._paths = PathJudge(directory, robot.roles, begins, seconds)
         trials = self._rollouts()
@@ -172,6 +206,8 @@ class Apprenticeship:
         robot: RobotSettings,
         settings: LearningSettings,
         topic: str = "",
+        window: Window = (),
+        replace: bool = False,
     ) -> Self:
         """Begin a run, or go on with the one in this directory.
 
@@ -182,11 +218,15 @@ class Apprenticeship:
             robot: The robot.
             settings: How to learn.
             topic: Which topic of joint states to take of bags where several tell the same joints.
+            window: Begin and end of what is imitated, since the first sample of the demonstration
+                [s]; empty for the motion that is found.
+            replace: Whether the demonstration takes the place of one that nothing was learned from.
 
         Raises:
             RunDirectoryError: no demonstration, or the run was begun with another one or with
                 another configuration, or another process works on it.
-            BagError: the demonstration cannot be read or does not fit the robot.
+            BagError: the demonstration cannot be read or does not fit the robot; nothing was
+                copied or changed.
         """
         directory = RunDirectory(path)
         source = demonstration or directory.demonstration_directory
@@ -200,15 +240,30 @@ class Apprenticeship:
                 f"{path} has no demonstration yet; set the learner's parameter `demonstration` "
                 "to the bag of a recorded demonstration"
             )
-        directory.claim(configuration(robot, settings, topic), source)
+        asked = configuration(robot, settings, topic, window)
         try:
-            run = cls(directory, robot, settings)
+            shown = checked_demonstrations(source, robot, topic, window)
+        except BagError:
+            directory.check_configuration(asked, replace)  # which may be why
+            raise
+        directory.claim(asked, source, replace)
+        try:
+            run = cls(directory, robot, settings, shown)
             run._judge_the_unjudged()
             run.notes += run._keep_best()
         except BaseException:
             directory.release()
             raise
         return run
+
+    def about_demonstration(self) -> list[str]:
+        """Return a line for each demonstration: what of it is imitated, and what to know of it."""
+        lines = []
+        for each in self.shown:
+            what = each.motion.sentence() if each.motion else f"imitated from {each.begin:.1f} s on"
+            steps = f"{each.rollout.steps} decisions of {self.task.dt:g} s"
+            lines.append("; ".join([f"demonstration: {what}; {steps}", *each.notes]))
+        return lines
 
     @property
     def next_index(self) -> int:
@@ -305,16 +360,18 @@ class Apprenticeship:
 
     def _alone(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Return what a policy file holds beside the policy, to run it without anything else."""
-        start = {"start_position": parameters["start_position"]}
+        own = {name: parameters[name] for name in ("start_position", "trial_horizon")}
         robot = {
             name: value
             for name, value in values_of(self._robot).items()
             if value != ()  # an empty list in a parameter file has no type
         }
-        return {**robot, **start}
+        return {**robot, **own}
 
     def _read(self, bag: Path) -> Rollout:
-        return self.directory.read_trial(bag, self._robot.roles, self._robot.horizon)
+        return self.directory.read_trial(
+            bag, self._robot.roles, self.task.horizon, self._robot.control_period
+        )
 
     def _rollouts(self) -> list[Rollout]:
         """Return the trials that have been judged, in order, up to the first that is lost."""
@@ -332,8 +389,10 @@ class Apprenticeship:
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        robot = self._robot
-        search = self.directory.search_trials(robot.roles, robot.horizon, self.next_index)
+        robot, horizon = self._robot, self.task.horizon
+        search = self.directory.search_trials(
+            robot.roles, horizon, self.next_index, robot.control_period
+        )
         for bag, error in search.wrong.items():
             self.notes += (self._pass_over(bag, error),)
         while (trial := search.trials.get(self.next_index)) is not None:
@@ -373,5 +432,7 @@ class Apprenticeship:
             notes.append("the margin is within margin_tolerance: learned")
         best = best_row(self.directory.metrics())
         if best is not None and best.iteration != row.iteration:
-            notes.append(f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad")
+            notes.append(
+                f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad off"
+            )
         return TrialReport(row, tuple(notes))

@@ -11,13 +11,16 @@ import yaml
 
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import FileError, RunDirectoryError
+from irlpilco_ros.experience.motion import MotionSettings
 from irlpilco_ros.experience.plain_files import read_yaml
 from irlpilco_ros.experience.renamed import under_new_names
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.settings import declarations
+from irlpilco_ros.learning.settings import declarations, from_values, values_of
 
 _ABSENT = "not there"
+_NEWER = values_of(MotionSettings(cut_to_motion=False))
+"""Settings that runs may have been begun without, and what that meant."""
 
 
 def write_configuration(path: Path, configuration: Mapping[str, Any]) -> None:
@@ -41,18 +44,24 @@ def read_configuration(path: Path) -> dict[str, Any]:
     return under_new_names(content)
 
 
+def motion_settings(configuration: Mapping[str, Any]) -> MotionSettings:
+    """Return what counts as motion in a run."""
+    return from_values(MotionSettings, {**_NEWER, **configuration})
+
+
 def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Return one phrase for every key that differs: which, what it was and what it is now.
 
     Settings of extensions (with a dot in their name) come and go with what is installed: one that
-    is not there any more had no say, one that was not there yet had its default.
+    is not there any more had no say. One that was not there yet had its default, but for
+    cut_to_motion: what runs of before it imitate was not cut.
     """
     old, new = _plain(under_new_names(before)), _plain(now)
     declared = declarations(LearningSettings) | declarations(RobotSettings)
     defaults = {name: each.default for name, each in declared.items()}
     old = {key: value for key, value in old.items() if key in new or "." not in key}
-    for key in (key for key in new if "." in key and key not in old):
-        old[key] = _plain(defaults.get(key, new[key]))
+    for key in (key for key in new if key not in old and (key in _NEWER or "." in key)):
+        old[key] = _plain(_NEWER.get(key, defaults.get(key, new[key])))
     return [
         f"{key} was {old.get(key, _ABSENT)}, now {new.get(key, _ABSENT)}"
         for key in sorted({*old, *new})

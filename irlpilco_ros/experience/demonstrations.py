@@ -9,8 +9,11 @@ from pathlib import Path
 
 from irlpilco_ros.experience.bag_files import bags_in, copy_bag, storage_files
 from irlpilco_ros.experience.bag_reader import messages_digest, read_bag
+from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.durable import sync_tree
 from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.shown_motion import ShownMotion, Window
 from irlpilco_ros.experience.trajectory import Trajectory
 
 
@@ -46,6 +49,29 @@ def read_demonstrations(
             raise BagError(f"the demonstration {bag} holds no samples")
         shown.append(trajectory)
     return tuple(shown)
+
+
+def checked_demonstrations(
+    path: Path, robot: RobotSettings, topic: str = "", window: Window = ()
+) -> tuple[ShownMotion, ...]:
+    """Return what bags show to a robot; whoever takes a demonstration asks here, and first.
+
+    Args:
+        path: A bag, or a folder of bags.
+        robot: The robot that is to imitate it.
+        topic: Which topic of joint states to take, where several tell the same joints.
+        window: Begin and end of what is imitated, since the first sample [s]; empty for the motion
+            that is found.
+
+    Raises:
+        UnfitDemonstrationError: they cannot be imitated; says which and all that is wrong.
+        BagError: a bag cannot be read, or lacks a joint.
+    """
+    recorded = read_demonstrations(path, topic, robot.joints)
+    try:
+        return checked_motions(recorded, robot, window)
+    except BagError as error:
+        raise type(error)(f"the demonstration {path} is refused: {error}") from error
 
 
 def copy_demonstrations(source: Path, copy: Path) -> None:

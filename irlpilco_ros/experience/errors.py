@@ -15,6 +15,10 @@ class IncompleteTrialError(BagError):
     """A bag is readable, but it does not hold a whole trial or demonstration."""
 
 
+class UnfitDemonstrationError(BagError):
+    """A recording is readable, but this robot cannot or should not imitate it."""
+
+
 class FileError(IrlPilcoError):
     """A file cannot be read or written, or what it holds is none of what was expected."""
 

@@ -9,19 +9,24 @@ from pathlib import Path
 
 import numpy as np
 
+from irlpilco_ros.experience.appraisal import appraisal
 from irlpilco_ros.experience.bag_files import DAMAGED, DISCARDED, entries, is_bag
 from irlpilco_ros.experience.bag_reader import Recording, read_recording
 from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.experience.shown_motion import Window
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.joints import Joints
 
 _DEEPEST = 2  # a run holds demonstration/NNN
 
 
-def inspect(path: Path, topic: str = "") -> str:
+def inspect(
+    path: Path, topic: str = "", robot: RobotSettings | None = None, window: Window = ()
+) -> str:
     """Return several lines that say what a bag holds, and whether it is whole.
 
     For a run or another folder of bags, one line for each bag in it, and of a run which trial is
@@ -30,6 +35,8 @@ def inspect(path: Path, topic: str = "") -> str:
     Args:
         path: The bag's folder or its only file, or a folder of bags; it is only read.
         topic: Which topic of joint states to take, where several tell the same joints.
+        robot: Robot that is to learn from it; None to leave open what it is good for.
+        window: Part of a demonstration that the robot is to imitate [s]; empty for its motion.
 
     Raises:
         BagError: there is no bag, or it cannot be read.
@@ -39,10 +46,13 @@ def inspect(path: Path, topic: str = "") -> str:
     recording = read_recording(path)
     lines = [f"{path}: {_condition(recording)}", *_topics(recording)]
     try:
-        samples = recording.trajectory(topic)
+        samples = recording.trajectory(topic, robot.joints if robot else ())
     except BagError as error:
         return "\n".join([*lines, f"no trajectory: {error}"])
-    return "\n".join([*lines, *_samples(samples), *_joints(samples)])
+    lines += [*_samples(samples), *_joints(samples)]
+    if robot is not None:
+        lines += appraisal(samples, robot, window)
+    return "\n".join(lines)
 
 
 def _list(folder: Path, topic: str) -> str:
@@ -142,7 +152,9 @@ def _content(samples: Trajectory) -> str:
         steps = samples.rollout(_roles(samples)).steps
     except BagError as error:
         return f"no whole {kind}: {error}"
-    return f"{kind} of {steps} control periods"
+    # Only a trial tells what the control period is.
+    pace = "" if samples.commanded.any() else f" if one is {samples.cadence:.3f} s"
+    return f"{kind} of {steps} control periods{pace}"
 
 
 def _roles(samples: Trajectory) -> Joints:

@@ -27,7 +27,7 @@ class MotionSettings:
         "Whether what stands still before and after the motion of a demonstration is left out.",
     )
     motion_speed: float = setting(
-        0.02,
+        0.01,
         "Speed of the fastest joint from which on a robot moves; above what sensor noise pretends "
         "over 0.25 s.",
         unit="rad/s",
@@ -151,9 +151,17 @@ def _onset(times: Array, positions: Array, settings: MotionSettings) -> _Onset |
     joint = int(away[sample].argmax())
     while sample > 0 and _speed_before(times, positions, sample) > settings.motion_speed:
         sample -= 1
-    # The middle of the last window in which it was slow, for it may have begun anywhere in it.
-    middle = times[sample] - 0.5 * _WINDOW
-    return _Onset(int(np.abs(times[: sample + 1] - middle).argmin()), joint)
+    return _Onset(_last_at_rest(times, positions, sample, int(beyond[0]), settings), joint)
+
+
+def _last_at_rest(
+    times: Array, positions: Array, sample: int, moving: int, settings: MotionSettings
+) -> int:
+    """Return the last sample before `moving` at which the robot stands as around `sample`."""
+    around = (times <= times[sample]) & (times >= times[sample] - _WINDOW)
+    way = np.abs(positions[sample : moving + 1] - np.median(positions[around], axis=0))
+    gone = np.flatnonzero((way > settings.motion_speed * _WINDOW).any(axis=1))
+    return sample + max(0, int(gone[0]) - 1) if len(gone) else sample
 
 
 def _speed_before(times: Array, positions: Array, sample: int) -> float:

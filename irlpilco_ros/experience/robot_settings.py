@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from irlpilco_ros.experience.motion import MotionSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import REGISTRY, Features
 from irlpilco_ros.learning.joints import Joints
@@ -20,7 +21,7 @@ from irlpilco_ros.learning.settings import check, extension_settings, options_of
 
 
 @dataclass(frozen=True)
-class RobotSettings:
+class RobotSettings(MotionSettings):
     """Joints, limits and rates of one robot; J joints in the order of the state [q, q_dot].
 
     Settings of features are in `options`, named `<feature>.<setting>`.
@@ -93,7 +94,12 @@ class RobotSettings:
         minimum=0.01,
         maximum=10.0,
     )
-    horizon: int = setting(16, "Number of decisions in a trial.", minimum=1, maximum=10_000)
+    horizon: int = setting(
+        0,
+        "Number of decisions in a trial; 0: as many as the demonstration takes.",
+        minimum=0,
+        maximum=10_000,
+    )
     features: str = setting(
         "joints",
         "What a motion is compared with the demonstration by. joints: the joint positions; tools: "

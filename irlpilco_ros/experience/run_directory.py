@@ -1,7 +1,8 @@
 """The run directory: everything that one run of learning has recorded and found out.
 
     RUN/config.yaml         what was asked for
-        demonstration/      copy of the demonstration's bag, or of several as demonstration/NNN
+        demonstration/      copy of the demonstration's bag, or of several as demonstration/NNN;
+                            demonstration.replaced is one that nothing was learned from
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
         policy_KKK.yaml     its policy, a parameter file of the controller
@@ -38,7 +39,7 @@ from irlpilco_ros.experience.demonstrations import (
     same_demonstrations,
 )
 from irlpilco_ros.experience.durable import remove_leftovers
-from irlpilco_ros.experience.errors import RunDirectoryError
+from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.iteration_file import read_iteration_file, write_iteration_file
 from irlpilco_ros.experience.metrics import (
     MetricsRow,
@@ -54,6 +55,12 @@ from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
+
+REPLACED = ".replaced"
+"""What the name of a demonstration ends with that another one took the place of."""
+
+WINDOW = "demonstration_window"
+"""Key of the part of the demonstration that is imitated, if one was named."""
 
 
 class RunDirectory:
@@ -112,12 +119,16 @@ class RunDirectory:
         """What an iteration found, as npz."""
         return self.path / "iterations" / f"{iteration:03d}.npz"
 
-    def claim(self, configuration: Mapping[str, Any], demonstration: Path) -> Self:
+    def claim(
+        self, configuration: Mapping[str, Any], demonstration: Path, replace: bool = False
+    ) -> Self:
         """Make the run directory, or go on with it, and keep others from writing to it.
 
         Args:
             configuration: Everything that results depend on: name -> number, word or list.
             demonstration: Bag of the demonstration, or folder of several bags NNN.
+            replace: Whether it, or another part of it, takes the place of one that nothing was
+                learned from; that one is kept.
 
         Returns:
             Itself, so that it can stand in a `with`.
@@ -141,8 +152,9 @@ class RunDirectory:
                 f"cannot write to the run directory {self.path}: {error.strerror or error}"
             ) from error
         try:
-            self._claim_configuration(configuration)
-            self._claim_demonstration(demonstration)
+            replace = replace and not self.has_learned()
+            self._claim_configuration(configuration, replace)
+            self._claim_demonstration(demonstration, replace)
         except BaseException:
             self.release()
             raise
@@ -182,6 +194,10 @@ class RunDirectory:
         numbers = _numbers(self.iteration_file(0).parent, r"(\d{3,})\.npz")
         return tuple(k for k in numbers if os.path.lexists(self.policy_file(k)))
 
+    def has_learned(self) -> bool:
+        """Whether a trial was recorded: from then on the demonstration stays what it is."""
+        return bool(self.trial_bags()) or os.path.lexists(self.metrics_file)
+
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
 
@@ -214,7 +230,9 @@ class RunDirectory:
         rows = read_metrics(self.metrics_file)
         return next((row for row in rows if row.name == baseline), None)
 
-    def read_trial(self, bag: Path, joints: Joints, horizon: int) -> Rollout:
+    def read_trial(
+        self, bag: Path, joints: Joints, horizon: int, period: float | None = None
+    ) -> Rollout:
         """Return the whole trial in a bag.
 
         Raises:
@@ -222,7 +240,7 @@ class RunDirectory:
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return read_bag(bag, *self._how_to_read()).rollout(joints, horizon)
+        return read_bag(bag, *self._how_to_read()).trial(joints, horizon, period)
 
     def read_path(self, bag: Path) -> Trajectory:
         """Return all that a bag of the run tells of the motion; errors as `read_bag`."""
@@ -232,7 +250,9 @@ class RunDirectory:
         """Return all that the demonstrations tell of the motion; errors as `read_bag`."""
         return tuple(map(self.read_path, demonstration_bags(self.demonstration_directory)))
 
-    def search_trials(self, joints: Joints, horizon: int, since: int = 0) -> TrialSearch:
+    def search_trials(
+        self, joints: Joints, horizon: int, since: int = 0, period: float | None = None
+    ) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
 
         A trial belongs to the iteration whose policy gives its very commands on its states
@@ -243,12 +263,13 @@ class RunDirectory:
             joints: Joints of the run, in order.
             horizon: Control periods of a trial.
             since: First iteration to look for; the bags of judged ones before it are not read.
+            period: Control period that trials must have [s]; None for any.
         """
         judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
         policies = self._policies(since) if bags else {}
         return find_trials(
-            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon)
+            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon, period)
         )
 
     def set_aside(self, bag: Path) -> Path:
@@ -362,32 +383,72 @@ class RunDirectory:
         os.write(lock, f"{os.getpid()}\n".encode())
         self._lock = lock
 
-    def _claim_configuration(self, configuration: Mapping[str, Any]) -> None:
+    def check_configuration(self, configuration: Mapping[str, Any], replace: bool = False) -> None:
+        """Check that a run was begun with this configuration, if it was begun at all.
+
+        Args:
+            configuration: As in `claim`.
+            replace: Whether another part of the demonstration may be named.
+
+        Raises:
+            RunDirectoryError: names the keys that differ.
+        """
         if not os.path.lexists(self.configuration_file):
-            if self.trial_bags() or os.path.lexists(self.metrics_file):
-                raise RunDirectoryError(
-                    f"{self.path} holds trials but no config.yaml; it is no run that could go "
-                    "on. Choose another run directory"
-                )
-            write_configuration(self.configuration_file, configuration)
             return
-        differences = differing_keys(self.configuration(), configuration)
+        before = self.configuration()
+        if replace and not self.has_learned():
+            before.pop(WINDOW, None)
+            before |= {WINDOW: configuration[WINDOW]} if WINDOW in configuration else {}
+        differences = differing_keys(before, configuration)
         if differences:
             raise RunDirectoryError(
                 f"{self.path} was begun with another configuration: {'; '.join(differences)}. "
                 "Choose another run directory, or ask for the same as before"
             )
 
-    def _claim_demonstration(self, demonstration: Path) -> None:
+    def check_demonstration(self, demonstration: Path, replace: bool = False) -> None:
+        """Check that a demonstration is the run's own, or may `replace` one without a trial.
+
+        Raises:
+            RunDirectoryError: the run was begun with another one.
+        """
         copy = self.demonstration_directory
-        if not copy.exists():
-            copy_demonstrations(demonstration, copy)
-        elif demonstration.absolute() != copy and not same_demonstrations(demonstration, copy):
+        replace = replace and not self.has_learned()
+        if copy.exists() and not replace and not self._is_own(demonstration):
             raise RunDirectoryError(
                 f"{self.path} was begun with another demonstration: {demonstration} differs from "
-                f"the copy in {copy}. Choose another run directory, or the demonstration of "
-                "before"
+                f"the copy in {copy}. Choose another run directory, or the demonstration of before"
             )
+
+    def _claim_configuration(self, configuration: Mapping[str, Any], replace: bool) -> None:
+        begun = os.path.lexists(self.configuration_file)
+        if not begun and self.has_learned():
+            raise RunDirectoryError(
+                f"{self.path} holds trials but no config.yaml; it is no run that could go on. "
+                "Choose another run directory"
+            )
+        self.check_configuration(configuration, replace)
+        if replace or not begun:
+            write_configuration(self.configuration_file, configuration)
+
+    def _is_own(self, demonstration: Path) -> bool:
+        copy = self.demonstration_directory
+        return demonstration.absolute() == copy or same_demonstrations(demonstration, copy)
+
+    def _claim_demonstration(self, demonstration: Path, replace: bool) -> None:
+        copy = self.demonstration_directory
+        if copy.exists() and self._is_own(demonstration):
+            return
+        self.check_demonstration(demonstration, replace)
+        replaced = first_free(suffixed(copy, REPLACED)) if copy.exists() else None
+        if replaced is not None:
+            copy.rename(replaced)
+        try:
+            copy_demonstrations(demonstration, copy)
+        except BagError:
+            if replaced is not None:
+                replaced.rename(copy)
+            raise
 
 
 def _reading(configuration: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:

@@ -8,12 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from irlpilco_ros.experience.errors import BagError, IncompleteTrialError
+from irlpilco_ros.experience.motion import unwrapped
+from irlpilco_ros.experience.resampling import measured_velocities
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 
 # A gap between two samples is called missing samples from this many cadences on: ticks fall on
 # joint states, so that two samples are never exactly one control period apart.
 GAP = 1.5
+
+PACE = 0.1
+"""Part of the control period by which the median time between decisions may differ from it."""
 
 
 @dataclass(frozen=True)
@@ -89,20 +94,22 @@ class Trajectory:
         return [self.joint_names.index(joint) for joint in joints]
 
     def rollout(self, joints: Joints, horizon: int | None = None) -> Rollout:
-        """Return the trial, or the demonstration if there are no commands, as learning sees it.
+        """Return the trial, or what is there if there are no commands, sample by sample.
 
         A trial is all samples with commands; samples without one that lie between them are left
         out. Its last command is the zero that the controller sends on x[H]; it is not a control.
-        A demonstration starts with the first sample, and what comes after `horizon` steps is left
-        out.
+        Without commands it begins with the first sample, and what comes after `horizon` steps is
+        left out: a demonstration is brought to the control period by `shown_motion` first.
+        Velocities that were not recorded are computed from the positions, and joints that turn
+        without end do not wrap.
 
         Args:
             joints: Joints of the learning problem, in its order (J), F of them commanded.
             horizon: Number of control periods H that are expected; None takes what is there.
 
         Returns:
-            States (H + 1, 2J) = [positions, velocities] and controls (H, F), all NaN for a
-            demonstration.
+            States (H + 1, 2J) = [positions, velocities] and controls (H, F), all NaN without
+            commands.
 
         Raises:
             BagError: a joint was not recorded.
@@ -113,12 +120,38 @@ class Trajectory:
         is_trial = len(samples) > 0
         if not is_trial:
             samples = self._demonstration(horizon)
-        positions, velocities = self.positions[samples], self.velocities[samples]
-        states = np.hstack([positions[:, columns], velocities[:, columns]])
-        _check_whole(self.stamps[samples], states)
+        stamps, positions = self.stamps[samples], self.positions[samples][:, columns]
+        _check_whole(stamps, positions)
         if is_trial:
             self._check_trial(samples, controls, horizon)
-        return Rollout(states, self.commands[samples][:-1, controls])
+        positions = unwrapped(positions, joints.names, joints.continuous)
+        velocities = self.velocities[samples][:, columns]
+        absent = ~np.isfinite(velocities)
+        if absent.any():
+            velocities = np.where(absent, measured_velocities(stamps, positions), velocities)
+        return Rollout(np.hstack([positions, velocities]), self.commands[samples][:-1, controls])
+
+    def trial(
+        self, joints: Joints, horizon: int | None = None, period: float | None = None
+    ) -> Rollout:
+        """Return the trial of a robot with this control period [s]; None takes any.
+
+        Raises:
+            BagError: as `rollout`.
+            IncompleteTrialError: as `rollout`, or nobody commanded the robot, or it was commanded
+                at another pace.
+        """
+        self.columns(joints.names)
+        decided = self.stamps[self.commanded]
+        if not len(decided):
+            raise IncompleteTrialError("no command was recorded: it is no trial")
+        usual = float(np.median(np.diff(decided))) if len(decided) > 1 else period
+        if usual and period and abs(usual - period) > PACE * period:
+            raise IncompleteTrialError(
+                f"its commands were decided every {usual:.3f} s; the robot's control_period is "
+                f"{period:g} s: it is no trial of this robot"
+            )
+        return self.rollout(joints, horizon)
 
     def _check_trial(self, samples: np.ndarray, controls: list[int], horizon: int | None) -> None:
         """Check that a trial has its end and its length."""
@@ -154,9 +187,9 @@ def missing_in(stamps: np.ndarray) -> int:
     return int((np.rint(multiples[multiples > GAP]) - 1).clip(min=1).sum())
 
 
-def _check_whole(stamps: np.ndarray, states: np.ndarray) -> None:
+def _check_whole(stamps: np.ndarray, positions: np.ndarray) -> None:
     """Check that no sample is missing between the first and the last."""
-    blank = np.flatnonzero(np.isnan(states).any(axis=1))
+    blank = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(blank):
         raise IncompleteTrialError(
             f"sample {blank[0]} at stamp {stamps[blank[0]]:.3f} s has a command but no joint state"

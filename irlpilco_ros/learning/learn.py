@@ -155,6 +155,10 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
 
 def _measured_start(task: Task, trials: Sequence[Rollout]) -> Gaussian:
     starts = np.stack([trial.states[0] for trial in trials])
+    angles = list(task.state_layout.angles)
+    # A joint that stands at pi may be read as -pi; that is no other place.
+    turns = np.rint((starts[:, angles] - starts[0, angles]) / (2.0 * np.pi))
+    starts[:, angles] -= 2.0 * np.pi * turns
     variances = np.maximum(starts.var(axis=0) + task.noise**2, task.start_spread**2)
     return Gaussian(starts.mean(axis=0), np.diag(variances))
 

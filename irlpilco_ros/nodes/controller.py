@@ -9,7 +9,6 @@ import sys
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.parameter import Parameter
@@ -22,7 +21,7 @@ from irlpilco_ros.control.approach import Approach
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Command, Motion, Trial
-from irlpilco_ros.control.safety import check_start, unlikely_limits
+from irlpilco_ros.control.safety import check_start
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
@@ -78,7 +77,6 @@ class Controller(SuiteNode):
             self, JointState, "joint_states", self._take, JOINT_STATES_SUB
         )
         self._times = SafeSubscription(self, TimeMessage, "/clock", self._take_time, CLOCK)
-        self._warn_of_limits(self._robot.control_limit)
         self._tell()
 
     def wind_down(self) -> None:
@@ -116,11 +114,6 @@ class Controller(SuiteNode):
         if self._control.motion is not None and not self._control.silence(time.monotonic()):
             self._send(self._control.last)
 
-    def _warn_of_limits(self, limits: NDArray[np.float64]) -> None:
-        warning = unlikely_limits(self._robot, limits)
-        if warning:
-            self.get_logger().warning(warning)
-
     def _send(self, command: Command | None) -> None:
         if command is not None:
             self._output.send(command)
@@ -143,7 +136,14 @@ class Controller(SuiteNode):
         except MotionRefusedError as error:
             return _refusal(response, str(error))
         robot = self._robot
-        trial = Trial(PolicyOf(robot.roles, policy), robot.horizon, robot.control_period)
+        horizon = self._control.settings.trial_horizon or robot.horizon
+        if not horizon:
+            return _refusal(
+                response,
+                "it is not known how many decisions a trial has; set the parameter trial_horizon, "
+                "as the learner does with its policies",
+            )
+        trial = Trial(PolicyOf(robot.roles, policy), horizon, robot.control_period)
         return await self._move(trial, response)
 
     async def _move_to_start(
@@ -194,9 +194,7 @@ class Controller(SuiteNode):
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, policy: Policy | None) -> None:
-        if policy is not None:
-            self._warn_of_limits(policy.control_limit)
+    def _policy_changed(self, _: Policy | None) -> None:
         self._send(self._control.stop("the policy was changed"))
         self._tell()
 

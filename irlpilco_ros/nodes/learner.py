@@ -19,10 +19,16 @@ from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan, TrialReport
+from irlpilco_ros.experience.apprenticeship import (
+    Apprenticeship,
+    Plan,
+    TrialReport,
+    check_demonstration,
+)
+from irlpilco_ros.experience.errors import UnfitDemonstrationError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
-from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.settings import check, setting
@@ -71,6 +77,12 @@ class RunSettings:
         "Topic of joint states to take of bags where several tell the same joints; empty if there "
         "is none to choose.",
     )
+    demonstration_window: tuple[float, ...] = setting(
+        (),
+        "Begin and end of the part of the demonstration that is imitated, since its first sample; "
+        "empty: its motion, without what stands still before and after it.",
+        unit="s",
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -89,9 +101,12 @@ class Learner(SuiteNode):
         super().__init__("learner")
         self._robot = declare_settings(self, RobotSettings)
         self._settings = declare_settings(self, LearningSettings)
-        self._where = declare_settings(self, RunSettings, apply=self._move)
+        self._where = declare_settings(
+            self, RunSettings, apply=self._move, check=self._check_demonstration
+        )
         self._run: Apprenticeship | None = None
         self._told: tuple[str, ...] = ()
+        self._chosen_anew = False  # by somebody who set parameters since the start
         self._busy = False
         self._progress = LearnerProgress()
         self._iteration_clock = IterationClock()
@@ -122,15 +137,41 @@ class Learner(SuiteNode):
             self.get_logger().error(f"still computing after {STOP_TIMEOUT} s; leaving it")
         self._close()
 
+    def _check_demonstration(self, where: RunSettings) -> None:
+        """Refuse what cannot be imitated before it is copied; a run that has learned keeps its own.
+
+        Raises:
+            InvalidSettingError: says what is wrong with the demonstration.
+        """
+        if not where.demonstration:
+            return
+        try:
+            check_demonstration(
+                RunDirectory(where.run_directory),
+                Path(where.demonstration),
+                self._robot,
+                where.joint_states_topic,
+                where.demonstration_window,
+            )
+        except IrlPilcoError as error:
+            raise InvalidSettingError(str(error)) from error
+
     def _move(self, where: RunSettings) -> None:
         self._where = where
+        self._chosen_anew = True
 
     def _first_words(self) -> str:
         """Check the run at the start, so that a wrong one is refused before the robot moves."""
         recorded = RunDirectory(self._where.run_directory).demonstration_directory
         if not self._where.demonstration and not recorded.exists():
             return "waiting for a demonstration"
-        return f"ready for iteration {self._open().next_index}"
+        try:
+            return f"ready for iteration {self._open().next_index}"
+        except UnfitDemonstrationError as error:
+            if self._where.demonstration or RunDirectory(self._where.run_directory).has_learned():
+                raise
+            self.get_logger().warning(f"{error}; set the parameter demonstration to another one")
+            return f"waiting for another demonstration: {error}"
 
     def _open(self) -> Apprenticeship:
         """Read where the run stands, with the parameters as they are now."""
@@ -141,11 +182,17 @@ class Learner(SuiteNode):
             self._robot,
             self._settings,
             self._where.joint_states_topic,
+            self._where.demonstration_window,
+            replace=self._chosen_anew,
         )
+        about = tuple(self._run.about_demonstration())
+        for line in about:
+            if line not in self._told:
+                self.get_logger().info(line)
         for note in self._run.notes:
             if note not in self._told:
                 self.get_logger().warning(note)
-        self._told = self._run.notes
+        self._told = about + self._run.notes
         return self._run
 
     def _close(self) -> None:

@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.best_trial import best_command
+from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
 from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
-from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
+from irlpilco_ros.experience.shown_motion import Wanted, shown_motions
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.settings import convert
 from irlpilco_ros.report.resimulation import can_resimulate
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -33,8 +35,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     configuration = run.configuration()
     try:
         joints = _joints(configuration)
-        horizon = _number(configuration, "horizon", int)
-        period = _number(configuration, "control_period", int, float)
+        wanted = _wanted(configuration, joints)
     except InvalidSettingError as error:
         raise RunDirectoryError(f"{run.configuration_file}: {error}") from error
     rows = run.metrics()
@@ -44,19 +45,20 @@ def read_run(run: RunDirectory) -> RunSummary:
             "learning iteration is over"
         )
     bags = {row.trial: run.trials_directory / f"{row.trial:03d}" for row in rows}
-    trials = [read_bag(bags[row.trial]).rollout(joints, horizon) for row in rows]
+    shown = [each.rollout.states for each in shown_motions(run.demonstrations(), wanted)]
+    horizon = len(shown[0]) - 1
+    trials = [run.read_trial(bags[row.trial], joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations()}
     for k, iteration in found.items():
         _check(iteration, run.iteration_file(k), (horizon + 1, 2 * len(joints.names)))
     if len({len(iteration.weights) for iteration in found.values()}) > 1:
         raise RunDirectoryError(f"{run.path}: its iterations have weights of different features")
     positions = slice(0, len(joints.names))
-    shown = [trajectory.rollout(joints, horizon).states for trajectory in run.demonstrations()]
     replay_row = run.baseline_metrics(REPLAY)
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
-        times=np.asarray(period * np.arange(horizon + 1), dtype=np.float64),
+        times=np.asarray(wanted.period * np.arange(horizon + 1), dtype=np.float64),
         demonstration=np.mean(shown, axis=0)[:, positions],
         iterations=tuple(
             _iteration(row, trial.states[:, positions], found.get(row.iteration or 0))
@@ -85,6 +87,17 @@ def _joints(configuration: Mapping[str, Any]) -> Joints:
     )
 
 
+def _wanted(configuration: Mapping[str, Any], joints: Joints) -> Wanted:
+    """Return what of the demonstrations the run imitates."""
+    return Wanted(
+        joints,
+        _number(configuration, "control_period", int, float),
+        _horizon(configuration),
+        motion_settings(configuration),
+        convert(WINDOW, configuration.get(WINDOW, ()), tuple[float, ...]),
+    )
+
+
 def _names(configuration: Mapping[str, Any], key: str) -> tuple[str, ...]:
     names = configuration.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
@@ -98,6 +111,11 @@ def _number(configuration: Mapping[str, Any], key: str, *kinds: type[float]) -> 
         kind = "whole" if kinds == (int,) else "finite"
         raise InvalidSettingError(f"{key} is {value!r}; expected a {kind} number above 0")
     return value
+
+
+def _horizon(configuration: Mapping[str, Any]) -> int:
+    """Return the horizon that was set; 0 if it follows from the demonstration."""
+    return 0 if configuration.get("horizon") == 0 else _number(configuration, "horizon", int)
 
 
 def _words(configuration: Mapping[str, Any], joints: Joints) -> dict[str, Any]:
@@ -161,7 +179,7 @@ def _path(row: MetricsRow | None) -> PathQuality:
 
 
 def _replay(run: RunDirectory, row: MetricsRow, joints: Joints, horizon: int) -> np.ndarray:
-    rollout = read_bag(run.replay_directory / f"{row.trial:03d}").rollout(joints, horizon)
+    rollout = run.read_trial(run.replay_directory / f"{row.trial:03d}", joints, horizon)
     return rollout.states[:, : len(joints.names)]
 
 

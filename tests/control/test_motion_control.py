@@ -159,6 +159,13 @@ def test_a_clock_that_goes_on_is_no_excuse(control, outcomes):
     assert watch_until_stopped(control, outcomes, 10.0, 20.0, message) < 10.16
 
 
+def test_a_clock_of_another_time_is_no_excuse(control, outcomes):
+    control.take(sample(5.0), now=10.0)
+    control.start(Trial(Constant(0.1, 0.2), 100, 0.1), 10.0, outcomes.append)
+    control.note_clock(nanoseconds(4.5))
+    assert watch_until_stopped(control, outcomes, 10.0, 20.0, lambda now: sample(5.0)) < 10.16
+
+
 def test_in_lockstep_a_missing_joint_is_counted_in_simulated_time(control, outcomes):
     begin(control, outcomes)
     for step in range(20):
@@ -218,6 +225,8 @@ def test_reasons_to_refuse(control, outcomes):
     assert refusal() == "no joint state yet of: elbow, wrist"
     control.take(JointStateMessage(1, ("elbow",), (0.0,), (0.0,)), now=10.0)
     assert refusal() == "no joint state yet of: wrist"
+    control.take(JointStateMessage(2, ("elbow", "wrist"), (0.0, 0.0), ()), now=10.0)
+    assert refusal().startswith("no joint state yet of: wrist; joint state has 2 names, 2 pos")
     control.take(sample(0.01, positions=(0.0, np.nan)), now=10.0)
     assert "position of joint wrist is nan" in refusal()
     control.take(sample(0.02), now=10.0)
@@ -303,11 +312,11 @@ def test_slow_late_and_weak_joints_are_not_taken_for_blocked(control, outcomes):
 def test_a_robot_that_runs_behind_a_command_to_and_fro_is_moving(control, outcomes):
     class ToAndFro:
         def act(self, _state, step):
-            return np.array([0.5 if step // 10 % 2 else -0.5, 0.0])
+            return np.array([0.5 if step // 12 % 2 else -0.5, 0.0])
 
-    def late(time):  # by half a period
-        phase = (time - 0.5) % 2.0
-        return (0.5 * abs(phase - 1.0), 0.0)
+    def late(time):  # by half a second: back where it was after one
+        phase = (time - 0.5) % 2.4
+        return (0.5 * abs(phase - 1.2), 0.0)
 
     control.take(sample(0.0, late(0.0)), now=0.0)
     control.start(Trial(ToAndFro(), 1000, 0.1), 0.0, outcomes.append)

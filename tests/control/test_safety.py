@@ -15,7 +15,6 @@ from irlpilco_ros.control.safety import (
     check_positions,
     check_reading,
     check_start,
-    unlikely_limits,
 )
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.joints import Joints
@@ -90,13 +89,6 @@ def test_a_joint_beyond_its_limit_stops():
     check_positions(ROBOT, -0.2, reading(positions=(1.19, -1.19)))
     with pytest.raises(MotionStoppedError, match=r"wrist is at -1\.2100 rad"):
         check_positions(ROBOT, -0.2, reading(positions=(0.0, -1.21)))
-
-
-def test_limits_that_guard_nothing_are_named():
-    assert unlikely_limits(ROBOT, ROBOT.control_limit) == ""
-    warning = unlikely_limits(ROBOT, np.array([1.0, 1e6]))
-    assert "more than 20 rad/s guard nothing: wrist 1e+06 rad/s" in warning
-    assert unlikely_limits(EFFORT, np.array([50.0, 1e6])) == ""
 
 
 def test_policies_must_fit_the_robot():

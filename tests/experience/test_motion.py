@@ -51,12 +51,12 @@ def test_a_motion_is_found_in_noise(begin, duration, after, rate, seed, epoch):
     assert motion.recorded == pytest.approx(times[-1] - times[0])
 
 
-def test_a_sudden_motion_is_found_to_a_tenth_of_a_second():
+def test_a_sudden_motion_is_found_to_some_samples():
     times = np.arange(1131) / 100.0
     positions = np.interp(times, [1.9, 10.0], [0.0, 2.0])[:, None]
     motion = find_motion(times, positions, ("a",), MotionSettings())
-    assert motion.begin == pytest.approx(1.9, abs=0.13)
-    assert motion.end == pytest.approx(10.0, abs=0.13)
+    assert motion.begin == pytest.approx(1.9, abs=0.03)
+    assert motion.end == pytest.approx(10.0, abs=0.03)
     assert motion.sentence() == (
         f"{motion.duration:.1f} s of motion, from {motion.begin:.1f} s to {motion.end:.1f} s of "
         "11.3 s; first joint to move: a, last: a"
@@ -84,8 +84,8 @@ def test_a_pause_belongs_to_the_motion():
     times = np.arange(901) / 100.0
     positions = np.interp(times, [1.0, 2.0, 6.0, 7.0], [0.0, 0.5, 0.5, 0.0])[:, None]
     motion = find_motion(times, positions, ("a",), MotionSettings())
-    assert motion.begin == pytest.approx(1.0, abs=0.13)
-    assert motion.end == pytest.approx(7.0, abs=0.13)
+    assert motion.begin == pytest.approx(1.0, abs=0.03)
+    assert motion.end == pytest.approx(7.0, abs=0.03)
 
 
 def test_noise_and_creeping_are_no_motion():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
@@ -32,7 +33,7 @@ class LaggingJoints:
         self.rng = np.random.default_rng(seed)
         self.joints = joints
 
-    def run(self, policy: Policy, start: Array, horizon: int = HORIZON) -> Rollout:
+    def run(self, policy: Policy | PolicyOf, start: Array, horizon: int = HORIZON) -> Rollout:
         position = start[: self.joints] + 1e-3 * self.rng.standard_normal(self.joints)
         velocity = np.zeros(self.joints)
         states, controls = [self._see(position, velocity)], []

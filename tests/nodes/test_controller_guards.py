@@ -115,8 +115,3 @@ def test_commands_are_repeated_for_a_watchdog_while_states_advance(ros):
         count = len(robot.commands)
         time.sleep(0.1)
         assert len(robot.commands) == count, "nothing while idle"
-
-
-def test_velocity_limits_that_guard_nothing_are_told(ros):
-    node = ros.start(CONTROLLER, parameters={**ROBOT, "velocity_limit": [1.0, 100.0]})
-    ros.wait_for(lambda: "guard nothing: wrist 100 rad/s" in node.output, "a warning")
