@@ -432,5 +432,7 @@ class Apprenticeship:
             notes.append("the margin is within margin_tolerance: learned")
         best = best_row(self.directory.metrics())
         if best is not None and best.iteration != row.iteration:
-            notes.append(f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad")
+            notes.append(
+                f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad off"
+            )
         return TrialReport(row, tuple(notes))

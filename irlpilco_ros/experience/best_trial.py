@@ -15,7 +15,7 @@ from irlpilco_ros.experience.run_directory import RunDirectory
 
 
 def best_row(rows: Iterable[MetricsRow]) -> MetricsRow | None:
-    """Return the row of least error (6.1) among those of iterations; None if there is none."""
+    """Return the iteration's row of least error (6.1), which learning minimises; None if none."""
     judged = [row for row in rows if row.iteration is not None and math.isfinite(row.mse)]
     return min(judged, key=lambda row: row.mse, default=None)
 
@@ -59,7 +59,8 @@ def best_sentence(run: RunDirectory) -> str:
 
 
 def _words(best: MetricsRow) -> str:
-    return f"iteration {best.iteration}, trial {best.trial:03d}, {best.rmse_rad:.4f} rad off (RMSE)"
+    error = f"{best.rmse_rad:.4f} rad off at the decisions"
+    return f"iteration {best.iteration}, trial {best.trial:03d}, {error}"
 
 
 def _begins(path: Path, head: bytes) -> bool:

@@ -72,14 +72,14 @@ def test_best_policy_is_a_copy_of_the_policy_file_that_says_which(finished):
     head, content = run.best_policy_file.read_text().split("\n", 1)
     assert content == run.policy_file(BEST).read_text()
     error = run.metrics()[BEST].rmse_rad
-    assert head == f"# iteration 1, trial 001, {error:.4f} rad off (RMSE)"
+    assert head == f"# iteration 1, trial 001, {error:.4f} rad off at the decisions"
     policy, _ = read_policy_file(run.best_policy_file)
     np.testing.assert_array_equal(policy.parameters, run.read_iteration(BEST).policy.parameters)
 
 
 def test_whoever_learned_something_worse_is_told_what_is_best(finished):
     _, reports = finished
-    best = f"the best so far is iteration 1: {reports[BEST].row.rmse_rad:.4f} rad"
+    best = f"the best so far is iteration 1: {reports[BEST].row.rmse_rad:.4f} rad off"
     assert [best in report.sentence() for report in reports] == [False, False, True, True]
 
 
@@ -121,7 +121,7 @@ def test_inspect_tells_the_best_and_the_command_that_runs_it(finished, copy):
     run, _ = finished
     error = run.metrics()[BEST].rmse_rad
     command = f"ros2 run irlpilco_ros controller --ros-args --params-file {run.best_policy_file}"
-    line = f"best: iteration 1, trial 001, {error:.4f} rad off (RMSE); run it: {command}"
+    line = f"best: iteration 1, trial 001, {error:.4f} rad off at the decisions; run it: {command}"
     assert line in inspect(run.path).splitlines()
     copy.best_policy_file.unlink()  # a run of before
     assert best_command(copy).endswith(f"--params-file {copy.policy_file(1)}")
