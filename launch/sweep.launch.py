@@ -62,14 +62,35 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the nodes and what has them do the sweep."""
+    """Return the nodes and what has them do the sweep.
+
+    Raises:
+        RuntimeError: the arguments make no sense; launch prints the sentence and ends with 1.
+    """
     keep_to_this_host(os.environ)
     values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    started = nodes(values, Path(values["run_directory"]).resolve())
+    run = Path(values["run_directory"]).resolve()
+    check(values, run)
+    started = nodes(values, run)
     if int(values["iterations"]) == 0:
         return list(started)
     steps = sweep(values)
     return [*started, steps, *(ended(action, steps) for action in (*started, steps))]
+
+
+def check(values: dict[str, str], run: Path) -> None:
+    """Refuse what would fail later, or be taken for something else."""
+    simulated, iterations = values["simulated"], values["iterations"]
+    if simulated not in ("true", "false"):
+        raise RuntimeError(f"simulated is {simulated!r}; expected true or false")
+    if not iterations.isdecimal():
+        raise RuntimeError(f"iterations is {iterations!r}; expected a whole number, at least 0")
+    is_shown = values["demonstration"] or (run / "demonstration").is_dir()
+    if simulated == "false" and int(iterations) > 0 and not is_shown:
+        raise RuntimeError(
+            "a real robot has to be shown the task before: record it (iterations:=0 starts the "
+            "nodes alone), and name its bag with demonstration:="
+        )
 
 
 def nodes(values: dict[str, str], run: Path) -> list[Node]:

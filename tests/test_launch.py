@@ -163,6 +163,25 @@ def test_whoever_is_told_to_end_has_not_failed(launch):
         assert end(ended(130), ENDING) is None
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"simulated": "True"}, "expected true or false"),
+        ({"iterations": "-1"}, "expected a whole number, at least 0"),
+        ({"iterations": "many"}, "expected a whole number, at least 0"),
+        ({"simulated": "false"}, "has to be shown the task before"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_a_sentence(launch, given, said):
+    with pytest.raises(RuntimeError, match=said):
+        launch.start(**given)
+
+
+def test_a_real_robot_whose_run_has_a_demonstration_learns_on(launch, tmp_path):
+    (tmp_path / "runs/sweep/demonstration").mkdir(parents=True)
+    assert of("ExecuteProcess", launch.start(simulated="false"))
+
+
 def test_a_real_robot_needs_three_nodes(launch, tmp_path):
     actions = launch.start(simulated="false", demonstration="recordings/000")
     nodes = {node.executable: node for node in of("Node", actions)}

@@ -71,8 +71,19 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def demonstrate(session: Session, directory: RunDirectory) -> None:
-    """Have the motion shown, and tell the learner where its recording is."""
-    session.wait_for_nodes({name: SERVICES[name] for name in SIMULATED}, START_TIMEOUT)
+    """Have the motion shown, and tell the learner where its recording is.
+
+    Raises:
+        ServiceError: a node is not there or refuses; the message says which and why.
+    """
+    from irlpilco_ros.ros.clients import ServiceError
+
+    try:
+        session.wait_for_nodes({name: SERVICES[name] for name in SIMULATED}, START_TIMEOUT)
+    except ServiceError as error:
+        raise ServiceError(
+            f"the learner has no demonstration, and nobody is there to show one: {error}"
+        ) from error
     bag, summary = show(session, directory.path / "recordings")
     print(f"demonstration: {summary}", flush=True)
     session.run(session.clients.set_parameters("learner", {"demonstration": str(bag)}))

@@ -106,6 +106,7 @@ def test_a_node_that_is_not_there_is_named(robot, missing):
             robot.graph.wait_for_node(f"robot/{module.rsplit('.', 1)[-1].removesuffix('_node')}")
     name = missing.rsplit(".", 1)[-1].removesuffix("_node")
     assert fails(robot.sweep(timeout=3.0), f"service {name}/", "is not there")
+    assert not robot.run.path.exists()
 
 
 def test_a_step_that_is_refused_ends_it_with_the_reason(robot):
