@@ -28,7 +28,8 @@ from irlpilco_ros.ros.qos import JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.suite_node import SuiteNode
-from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
+from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
+from sim_bridge.motion_files import load_motion
 
 GUIDE_TOPIC = "baxter_simulator/guide"
 _SETTLE = 0.25  # [s] that the hands stay at the end of a motion

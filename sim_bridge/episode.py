@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from irlpilco_ros.control.approach import Approach
-from irlpilco_ros.control.command_shape import mean_command
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
@@ -25,11 +24,12 @@ from irlpilco_ros.control.motions import (
 )
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.rollout import Rollout, mean_command
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import ApproachError
-from sim_bridge.guided_motion import GuidedMotion, MinimumJerk, load_motion
+from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.sensor_reading import SensorReading
 
 Vector = NDArray[np.float64]

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from irlpilco_ros.experience.errors import FileError
-from irlpilco_ros.experience.plain_files import read_yaml
 from irlpilco_ros.learning.errors import InvalidSettingError
 
 Vector = NDArray[np.float64]
 
-SWEEP = Path(__file__).parent / "demonstrations" / "sweep.yaml"
-WIPE = SWEEP.with_name("wipe.yaml")
 _CORNER = 0.03  # [s]: corners are rounded over twice this time
 
 
@@ -118,25 +113,3 @@ class MinimumJerk:
         rate = 30.0 * share**2 * (1.0 - share) ** 2 / self.duration
         way = self.goal - self.start
         return self.start + travelled * way, rate * way
-
-
-def load_motion(path: Path | str = SWEEP) -> GuidedMotion:
-    """Read a motion: a YAML file with `joints`, `interval` [s] and `positions` [rad].
-
-    Raises:
-        InvalidSettingError: the file cannot be read, lacks a key or holds something else.
-    """
-    try:
-        document = read_yaml(Path(path))
-    except FileError as error:
-        raise InvalidSettingError(f"cannot read a motion: {error}") from error
-    try:
-        joints = tuple(str(name) for name in document["joints"])
-        positions = np.array(document["positions"], dtype=float)
-        interval = float(document["interval"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise InvalidSettingError(
-            f"cannot read a motion from {path}: {error!r}; expected the keys joints, interval [s] "
-            f"and positions [rad], as in {SWEEP}"
-        ) from error
-    return GuidedMotion(joints, interval, positions)

@@ -48,7 +48,9 @@ examples:
   irlpilco demo
   irlpilco demo --seed 3
   irlpilco demo --settings config/thesis.yaml --position-margin -0.5 --run-directory runs/thesis
-  irlpilco demo --speed-factor 0.7 --command-lag 0.1 --run-directory runs/miscalibrated
+  irlpilco demo --preset delayed             a robot that runs 0.4 s behind
+  irlpilco demo --robot miscalibrated        joints that make 0.6 to 1.2 times the commanded speed
+  irlpilco demo --control-period 0.1         ten decisions a second
   irlpilco demo --real-time-factor 1         watch it at the robot's own speed
 """
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import irlpilco_ros
 from irlpilco_ros.commands.node_processes import NodeProcesses
-from irlpilco_ros.commands.settings_files import settings_paths
+from irlpilco_ros.commands.settings_files import MISCALIBRATED, settings_paths
 
 SERVICES = {
     "baxter_simulator": ("baxter_simulator/reset",),
@@ -29,9 +29,16 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("simulated robot")
     group.add_argument(
         "--preset",
-        choices=("compliant", "stiff"),
+        choices=("compliant", "stiff", "delayed"),
         default="compliant",
-        help="servos: soft and late like Baxter's own (default), or doing what they are told",
+        help="servos: soft and 50 ms late (default), doing what they are told, or 0.4 s behind "
+        "like a real Baxter's",
+    )
+    group.add_argument(
+        "--control-period",
+        type=float,
+        metavar="S",
+        help="time between two decisions of the policy [s] (default: that of the settings)",
     )
     group.add_argument(
         "--speed-factor",
@@ -79,6 +86,8 @@ def start_nodes(
     learner = [*robot, "--params-file", settings_file]
     # A parameter file may have a section of its own for the learner; only this outweighs it.
     learner += _values({"learner:seed": arguments.seed, "learner:run_directory": run_directory})
+    if arguments.control_period is not None:
+        learner += _values({"learner:control_period": arguments.control_period})
     simulator = [*robot, *_values(_simulation_parameters(arguments))]
     controller = list(robot)
     if arguments.position_margin is not None:
@@ -101,9 +110,22 @@ def _simulation_parameters(arguments: argparse.Namespace) -> dict[str, object]:
         "preset": arguments.preset,
         "lockstep": arguments.real_time_factor is None,
     }
+    if str(arguments.robot) == MISCALIBRATED:
+        values |= _miscalibrated(arguments)
     for name in ("speed_factor", "command_lag", "real_time_factor"):
         if getattr(arguments, name) is not None:
             values[name] = getattr(arguments, name)
+    return values
+
+
+def _miscalibrated(arguments: argparse.Namespace) -> dict[str, object]:
+    """Return the simulator's parameters of a robot whose joints are off by unknown factors."""
+    from irlpilco_ros.studies.baxter.robots import miscalibrated_robot
+
+    robot = miscalibrated_robot(arguments.seed)
+    values: dict[str, object] = {"speed_factor": list(robot.speed_factor)}
+    if arguments.preset != "delayed":
+        values["command_lag"] = robot.command_lag
     return values
 
 

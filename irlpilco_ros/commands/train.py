@@ -17,7 +17,7 @@ from irlpilco_ros.commands.settings_files import add_settings_arguments, read_se
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
 from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
-from irlpilco_ros.experience.bag_reader import read_bag
+from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
@@ -144,7 +144,7 @@ def whole_trials(folder: Path, robot: RobotSettings, horizon: int, topic: str = 
     whole, reasons = [], []
     for bag in bags_in(folder):
         try:
-            recorded = read_bag(bag, topic, robot.joints)
+            recorded = read_path(bag, topic, robot.joints)
             recorded.trial(robot.roles, horizon, robot.control_period)
         except BagError as error:
             reasons.append(f"{bag.name}: {error}")

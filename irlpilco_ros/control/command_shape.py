@@ -95,14 +95,3 @@ class CommandShape:
         share = elapsed / self._blend
         smooth = share * share * (3.0 - 2.0 * share)
         return self._before + smooth * (self._target - self._before)
-
-
-def mean_command(sent: Vector) -> Vector:
-    """Return the mean (F,) of the commands (n, F) that answered the states of a period.
-
-    That is what a dynamics model learns from. One that was held is its own mean, to the last bit.
-    """
-    if (sent == sent[0]).all():
-        return np.array(sent[0])
-    mean: Vector = sent.mean(axis=0)
-    return mean

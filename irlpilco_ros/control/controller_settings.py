@@ -26,6 +26,13 @@ class ControllerSettings:
         minimum=0,
         maximum=10_000,
     )
+    trial_control_period: float = setting(
+        0.0,
+        "Time between two decisions in a trial; set with the policy. 0: as `control_period` says.",
+        unit="s",
+        minimum=0.0,
+        maximum=10.0,
+    )
     start_tolerance: float = setting(
         0.001,
         "How near to its start position each joint must come for move_to_start to succeed. Smaller "

@@ -9,7 +9,7 @@ from irlpilco_ros.control.joint_state_tracker import JointReading
 from irlpilco_ros.control.motions import MotionStoppedError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.joints import Joints, PolicyOf
 from irlpilco_ros.learning.policies import Policy, check_acts
 
 Vector = NDArray[np.float64]
@@ -149,7 +149,7 @@ def check_policy(
         )
     position = np.array(start) if len(start) == len(joints.names) else _middle(robot)
     state = np.concatenate([position, np.zeros(len(position))])
-    check_acts(policy, joints.layout.policy_view(state))
+    check_acts(policy, PolicyOf(joints, policy).view(state))
 
 
 def _middle(robot: RobotSettings) -> Vector:

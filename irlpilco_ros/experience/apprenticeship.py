@@ -50,6 +50,9 @@ WITHOUT_EFFECT = ("threads",)
 """Settings that change how long learning takes, but not its results."""
 
 
+_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period")
+
+
 @dataclass(frozen=True)
 class Plan:
     """The trial that comes next.
@@ -117,12 +120,13 @@ def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings) -> Task:
 
 
 def controller_parameters(task: Task, policy: Policy, robot: RobotSettings) -> dict[str, Any]:
-    """Return what the controller needs for a trial: policy, start [rad], number of decisions."""
+    """Return what the controller needs for a trial: policy, start [rad], decisions, period [s]."""
     start = task.reference_states()[0, : len(robot.joints)]
     return {
         **policy_to_parameters(policy, robot.roles),
         "start_position": start.tolist(),
         "trial_horizon": task.horizon,
+        "trial_control_period": task.dt,
     }
 
 
@@ -190,7 +194,7 @@ class Apprenticeship:
         self._robot = robot
         self._settings = settings
         self.notes: tuple[str, ...] = ()
-        begins = [each.samples.stamps[0] + each.begin for each in shown]
+        begins = [float(each.samples.stamps[0]) + each.begin for each in shown]
         seconds = self.task.horizon * self.task.dt
         self._paths = PathJudge(directory, robot.roles, begins, seconds)
         trials = self._rollouts()
@@ -360,7 +364,7 @@ class Apprenticeship:
 
     def _alone(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Return what a policy file holds beside the policy, to run it without anything else."""
-        own = {name: parameters[name] for name in ("start_position", "trial_horizon")}
+        own = {name: parameters[name] for name in _OF_A_TRIAL}
         robot = {
             name: value
             for name, value in values_of(self._robot).items()

@@ -18,7 +18,7 @@ from irlpilco_ros.experience.bag_joint_states import JointStateColumns
 from irlpilco_ros.experience.bag_message import FULL_RATE, BagMessage, BagTopic, recorded_joints
 from irlpilco_ros.experience.bag_metadata import Metadata, read_metadata
 from irlpilco_ros.experience.bag_storage import StorageScan
-from irlpilco_ros.experience.bag_trajectory import COMMANDS, Topics, build_trajectory
+from irlpilco_ros.experience.bag_trajectory import Topics, build_trajectory
 from irlpilco_ros.experience.errors import BagError, UnreadableBagError
 from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, decode, decode_ros1
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -73,7 +73,7 @@ class Recording:
         """Return all that is known of the motion; arguments and errors as `read_path`."""
         told = self.joint_states
         best = {
-            name: each if name.endswith(COMMANDS) else told.get(name + FULL_RATE, each)
+            name: told.get(name + FULL_RATE, each)
             for name, each in told.items()
             if not name.endswith(FULL_RATE)
         }
@@ -194,7 +194,8 @@ def read_bag(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Traject
 def read_path(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Trajectory:
     """Return the motion in a bag at the rate at which the robot told of it.
 
-    The samples are among it, with their commands. A bag that holds nothing but samples gives these.
+    The samples are among it, each with the mean of the commands that were sent on its decision. A
+    bag that holds nothing but samples gives these, with the one command that it knows.
 
     Args:
         path: The bag's folder or its only file.

@@ -13,6 +13,7 @@ from irlpilco_ros.experience.bag_joint_states import JointStateColumns
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
 from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.learning.rollout import mean_command
 
 STATES, COMMANDS = "joint_states", "joint_command"
 """How the topics of joint states and of commands are called, in whatever namespace."""
@@ -111,7 +112,7 @@ def build_trajectory(topics: Topics, topic: str = "", joints: Sequence[str] = ()
     states = _Merged(topics, names)
     commands = _Merged(topics, topics.commands(names))
     joints = _joints(topics, states, commands, joints)
-    decided = _first_of_each(commands.stamps, commands.table("commands", joints))
+    decided = _sent_on_each(commands.stamps, commands.table("commands", joints))
     found = _states(topics.path, joints, states, frozenset(decided))
     stamps = sorted({*found, *decided})
     blank = np.full((2, len(joints)), np.nan)
@@ -159,6 +160,21 @@ def _joints(
     if wanted and told.issuperset(wanted):
         return tuple(wanted)
     return commands.names or states.names
+
+
+def _sent_on_each(stamps: np.ndarray, rows: np.ndarray) -> dict[int, np.ndarray]:
+    """Return the mean of the commands that bear each stamp; zero where they end with zero.
+
+    All that is sent on one decision bears the stamp of its state. A trial ends with zero, perhaps
+    after it has braked.
+    """
+    order = np.argsort(stamps, kind="stable")
+    places, first = np.unique(stamps[order], return_index=True)
+    sent: dict[int, np.ndarray] = {}
+    groups = np.split(rows[order], first[1:]) if len(first) else []
+    for stamp, group in zip(places.tolist(), groups, strict=True):
+        sent[stamp] = mean_command(group) if group[-1].any() else group[-1]
+    return sent
 
 
 def _first_of_each(stamps: np.ndarray, rows: np.ndarray) -> dict[int, np.ndarray]:

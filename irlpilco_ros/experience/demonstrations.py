@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from irlpilco_ros.experience.bag_files import bags_in, copy_bag, storage_files
-from irlpilco_ros.experience.bag_reader import messages_digest, read_bag
+from irlpilco_ros.experience.bag_reader import messages_digest, read_path
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.durable import sync_tree
 from irlpilco_ros.experience.errors import BagError
@@ -37,14 +37,14 @@ def demonstration_bags(path: Path) -> list[Path]:
 def read_demonstrations(
     path: Path, topic: str = "", joints: Sequence[str] = ()
 ) -> tuple[Trajectory, ...]:
-    """Return what was shown; arguments and errors as `demonstration_bags` and `read_bag`.
+    """Return what was shown; arguments and errors as `demonstration_bags` and `read_path`.
 
     Raises:
         BagError: a bag cannot be read, or holds no samples.
     """
     shown = []
     for bag in demonstration_bags(path):
-        trajectory = read_bag(bag, topic, joints)
+        trajectory = read_path(bag, topic, joints)
         if not trajectory.stamps.size:
             raise BagError(f"the demonstration {bag} holds no samples")
         shown.append(trajectory)

@@ -35,6 +35,10 @@ JOINT_LISTS = {
 }
 
 
+HISTORY = "command_history"
+"""Number of its last commands that a policy sees; left out where it is none."""
+
+
 def policy_fields() -> dict[str, Declared]:
     """Return every field that a policy of any kind can have, by the name of its ROS parameter.
 
@@ -67,11 +71,13 @@ def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
     Raises:
         InvalidSettingError: the policy does not fit the joints.
     """
-    _check_size(policy, joints)
     fields = policy.to_arrays()
     lists = {name: list(getattr(joints, field)) for name, field in JOINT_LISTS.items()}
     parameters: dict[str, Any] = {f"{PREFIX}kind": fields.pop("kind")}
     parameters |= {PREFIX + name: names for name, names in lists.items() if names}
+    history = _history(policy, joints)
+    if history:
+        parameters[PREFIX + HISTORY] = history
     for name, value in fields.items():
         parameters[PREFIX + name] = np.asarray(value).ravel().tolist() if np.ndim(value) else value
     return parameters
@@ -100,12 +106,15 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
         joints = Joints(**lists)
     except InvalidSettingError as error:
         raise InvalidSettingError(f"{PREFIX}joints: {error}") from error
-    sizes = {"F": len(joints.commanded), "D": joints.policy_size}
+    history, controls = fields.pop(HISTORY, 0), len(joints.commanded)
+    if type(history) is not int or history < 0:
+        raise InvalidSettingError(f"{PREFIX}{HISTORY} is {history!r}; expected a whole number")
+    sizes = {"F": controls, "D": joints.policy_size + history * controls}
     try:
         policy = policies.REGISTRY.get(kind).from_lists(fields, sizes)
     except InvalidSettingError as error:
         raise InvalidSettingError(f"{PREFIX}*: {error}") from error
-    _check_size(policy, joints)
+    _history(policy, joints)
     return policy, joints
 
 
@@ -153,15 +162,19 @@ def read_policy_file(path: Path) -> tuple[Policy, Joints]:
         raise InvalidSettingError(f"{path}: {error}") from error
 
 
-def _check_size(policy: Policy, joints: Joints) -> None:
+def _history(policy: Policy, joints: Joints) -> int:
+    """Return how many of its last commands a policy sees beside the state of the joints."""
     controls, states = len(policy.control_limit), policy.state_size
     wanted = (len(joints.commanded), joints.policy_size)
-    if (controls, states) != wanted:
+    history, rest = divmod(states - wanted[1], wanted[0])
+    if controls != wanted[0] or rest or history < 0:
         raise InvalidSettingError(
             f"a policy with {controls} controls and {states} states does not fit "
             f"{len(joints.names)} joints; expected {wanted[0]} controls and {wanted[1]} states "
-            "(positions and velocities, with sine and cosine of a joint that turns)"
+            "(positions and velocities, with sine and cosine of a joint that turns), and "
+            f"{wanted[0]} more for each command that it remembers"
         )
+    return history
 
 
 def _plain(value: Any) -> Any:

@@ -26,7 +26,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from irlpilco_ros.experience.bag_files import DAMAGED, first_free, mark, numbered_bags, suffixed
-from irlpilco_ros.experience.bag_reader import read_bag, read_path
+from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.configuration import (
     differing_keys,
     read_configuration,
@@ -231,16 +231,20 @@ class RunDirectory:
         return next((row for row in rows if row.name == baseline), None)
 
     def read_trial(
-        self, bag: Path, joints: Joints, horizon: int, period: float | None = None
+        self,
+        bag: Path,
+        joints: Joints,
+        horizon: int,
+        period: float | None = None,
     ) -> Rollout:
-        """Return the whole trial in a bag.
+        """Return what is learned from the whole trial in a bag; arguments as `Trajectory.trial`.
 
         Raises:
             UnreadableBagError: the bag is not there, is empty or damaged.
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return read_bag(bag, *self._how_to_read()).trial(joints, horizon, period)
+        return self.read_path(bag).trial(joints, horizon, period, smooth=True)
 
     def read_path(self, bag: Path) -> Trajectory:
         """Return all that a bag of the run tells of the motion; errors as `read_bag`."""
@@ -255,8 +259,8 @@ class RunDirectory:
     ) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
 
-        A trial belongs to the iteration whose policy gives its very commands on its states
-        (to 1e-9). Bags that hold no whole trial, because the robot stopped or the recorder was
+        A trial belongs to the iteration whose policy gives its commands on its states (see
+        `find_trials`). Bags that hold no whole trial, because the robot stopped or the recorder was
         killed, stay where they are; discarded ones are passed over.
 
         Args:
@@ -268,9 +272,13 @@ class RunDirectory:
         judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
         policies = self._policies(since) if bags else {}
-        return find_trials(
-            bags, policies, joints, lambda bag: self.read_trial(bag, joints, horizon, period)
-        )
+
+        def read(bag: Path) -> tuple[Rollout, Rollout]:
+            path = self.read_path(bag)
+            seen = path.trial(joints, horizon, period)
+            return seen, path.trial(joints, horizon, period, smooth=True)
+
+        return find_trials(bags, policies, joints, read)
 
     def set_aside(self, bag: Path) -> Path:
         """Rename a trial's bag that cannot be read: nobody learns from it, and its data stay.

@@ -15,6 +15,7 @@ import numpy as np
 from irlpilco_ros.experience.errors import UnfitDemonstrationError
 from irlpilco_ros.experience.motion import Motion, MotionSettings, find_motion, unwrapped
 from irlpilco_ros.experience.resampling import measured_velocities, resample
+from irlpilco_ros.experience.smoothing import smoothed_states
 from irlpilco_ros.experience.trajectory import PACE, Trajectory
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
@@ -215,6 +216,8 @@ def _on_ticks(
     ticks = begin + wanted.period * np.arange(horizon + 1.0)
     places = unwrapped(samples.positions, samples.joint_names, wanted.joints.continuous)
     states = resample(times, places, samples.velocities, ticks)
+    smooth = smoothed_states(times, places, samples.velocities, ticks)
+    states = np.where(np.isfinite(smooth), smooth, states)
     left = end - ticks[-1]
     if left > _ROUNDING * wanted.period:
         notes = (*notes, f"its last {left:.2f} s, less than a control_period, are left out")

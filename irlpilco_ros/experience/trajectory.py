@@ -10,6 +10,7 @@ import numpy as np
 from irlpilco_ros.experience.errors import BagError, IncompleteTrialError
 from irlpilco_ros.experience.motion import unwrapped
 from irlpilco_ros.experience.resampling import measured_velocities
+from irlpilco_ros.experience.smoothing import smoothed_states
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 
@@ -132,9 +133,20 @@ class Trajectory:
         return Rollout(np.hstack([positions, velocities]), self.commands[samples][:-1, controls])
 
     def trial(
-        self, joints: Joints, horizon: int | None = None, period: float | None = None
+        self,
+        joints: Joints,
+        horizon: int | None = None,
+        period: float | None = None,
+        smooth: bool = False,
     ) -> Rollout:
         """Return the trial of a robot with this control period [s]; None takes any.
+
+        Args:
+            joints: As in `rollout`, like what follows.
+            horizon: Number of control periods that are expected; None takes what is there.
+            period: Control period [s].
+            smooth: Whether states come from all that was recorded around the ticks, where that is
+                dense enough, instead of from the one state that the policy saw.
 
         Raises:
             BagError: as `rollout`.
@@ -151,7 +163,22 @@ class Trajectory:
                 f"its commands were decided every {usual:.3f} s; the robot's control_period is "
                 f"{period:g} s: it is no trial of this robot"
             )
-        return self.rollout(joints, horizon)
+        rollout = self.rollout(joints, horizon)
+        return self._smoothed(rollout, decided, joints) if smooth else rollout
+
+    def _smoothed(self, rollout: Rollout, ticks: np.ndarray, joints: Joints) -> Rollout:
+        """Return a rollout with states from all that was recorded around its ticks."""
+        columns, told = self.columns(joints.names), self.observed
+        positions = unwrapped(self.positions[told][:, columns], joints.names, joints.continuous)
+        velocities = self.velocities[told][:, columns]
+        if not np.isfinite(velocities).all():
+            return rollout
+        states = smoothed_states(self.stamps[told], positions, velocities, ticks)
+        states = np.where(np.isfinite(states), states, rollout.states)
+        angles = [joints.names.index(name) for name in joints.continuous]
+        turns = np.rint((rollout.states - states)[:, angles] / (2.0 * np.pi))
+        states[:, angles] += 2.0 * np.pi * turns
+        return Rollout(states, rollout.controls)
 
     def _check_trial(self, samples: np.ndarray, controls: list[int], horizon: int | None) -> None:
         """Check that a trial has its end and its length."""

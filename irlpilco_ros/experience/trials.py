@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,10 @@ from irlpilco_ros.learning.rollout import Rollout
 # rounding of another BLAS.
 SAME_COMMAND = 1e-9  # [rad/s]
 
+# Of a decision that is blended in, the mean of what was sent is known, at the robot's own rate and
+# within its acceleration limit.
+NEARLY_SAME_COMMAND = 0.05  # [rad/s]
+
 
 @dataclass(frozen=True)
 class RecordedTrial:
@@ -26,7 +31,7 @@ class RecordedTrial:
     Attributes:
         number: Number of its bag.
         path: Its bag.
-        rollout: What happened.
+        rollout: What is learned from it.
     """
 
     number: int
@@ -51,42 +56,54 @@ def find_trials(
     bags: Iterable[tuple[int, Path]],
     policies: Mapping[int, Policy],
     joints: Joints,
-    read: Callable[[Path], Rollout],
+    read: Callable[[Path], tuple[Rollout, Rollout]],
 ) -> TrialSearch:
     """Find the trials of policies among bags.
 
     Args:
         bags: Number and path of each bag, in order.
-        policies: Policy of each iteration; the first one that fits a trial and has none gets it.
+        policies: Policy of each iteration; the one that fits a trial best and has none gets it.
         joints: Joints of the run, in order.
-        read: Returns the trial in a bag, or raises BagError.
+        read: Returns the trial in a bag, as the policy saw it and as it is learned from, or raises
+            BagError.
     """
     found: dict[int, RecordedTrial] = {}
     wrong: dict[Path, BagError] = {}
     for number, path in bags:
         try:
-            rollout = read(path)
+            seen, rollout = read(path)
         except BagError as error:
             wrong[path] = error
             continue
-        for iteration, policy in sorted(policies.items()):
-            if iteration not in found and ran(policy, rollout, joints):
-                found[iteration] = RecordedTrial(number, path, rollout)
-                break
+        free = {k: policy for k, policy in sorted(policies.items()) if k not in found}
+        off = {k: departure(policy, seen, joints) for k, policy in free.items()}
+        fitting = [k for k in free if off[k] <= _tolerance(free[k])]
+        if fitting:
+            found[min(fitting, key=off.__getitem__)] = RecordedTrial(number, path, rollout)
     return TrialSearch(found, wrong)
 
 
-def ran(policy: Policy, rollout: Rollout, joints: Joints) -> bool:
-    """Whether a rollout's controls are those of the policy on the rollout's states."""
+def departure(policy: Policy, rollout: Rollout, joints: Joints) -> float:
+    """Return by how much a rollout's controls differ from the policy's at most [rad/s].
+
+    Infinite if it is no policy for these joints, or nobody commanded them.
+    """
     if not rollout.commanded or len(policy.control_limit) != rollout.controls.shape[1]:
-        return False
+        return math.inf
     try:
         acting = PolicyOf(joints, policy)
     except InvalidSettingError:  # a policy for other joints
-        return False
-    return all(
-        np.abs(acting.act(state, step) - control).max() <= SAME_COMMAND
-        for step, (state, control) in enumerate(
-            zip(rollout.states[:-1], rollout.controls, strict=True)
-        )
-    )
+        return math.inf
+    largest = 0.0
+    tolerance = _tolerance(policy)
+    for step, (state, control) in enumerate(
+        zip(rollout.states[:-1], rollout.controls, strict=True)
+    ):
+        largest = max(largest, float(np.abs(acting.act(state, step) - control).max()))
+        if largest > tolerance:
+            return math.inf
+    return largest
+
+
+def _tolerance(policy: Policy) -> float:
+    return NEARLY_SAME_COMMAND if policy.blend else SAME_COMMAND

@@ -50,6 +50,13 @@ class LearningSettings:
         "Whether predictions count the noise of the measurements that the policy acts on: gains "
         "stay small, and predicted bands hold what they promise.",
     )
+    model_points: int = setting(
+        300,
+        "Largest number of points that the dynamics model consists of; of more recorded ones a "
+        "sparse model is made. Fewer compute faster, with the square of their number.",
+        minimum=10,
+        maximum=2000,
+    )
     hyperprior: str = setting(
         "dimension_scaled",
         "What is expected of the dynamics model's length-scales. dimension_scaled: that they grow "

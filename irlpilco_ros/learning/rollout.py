@@ -61,3 +61,14 @@ class Rollout:
     def increments(self) -> Array:
         """Return x[t+1] - x[t], shape (T, D)."""
         return np.diff(self.states, axis=0)
+
+
+def mean_command(sent: Array) -> Array:
+    """Return the mean (F,) of the commands (n, F) that answered the states of a period.
+
+    That is what a dynamics model learns from. One that was held is its own mean, to the last bit.
+    """
+    if (sent == sent[0]).all():
+        return np.array(sent[0])
+    mean: Array = sent.mean(axis=0)
+    return mean

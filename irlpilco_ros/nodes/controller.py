@@ -145,7 +145,8 @@ class Controller(SuiteNode):
                 "it is not known how many decisions a trial has; set the parameter trial_horizon, "
                 "as the learner does with its policies",
             )
-        trial = Trial(PolicyOf(robot.roles, policy), horizon, robot.control_period)
+        period = self._control.settings.trial_control_period or robot.control_period
+        trial = Trial(PolicyOf(robot.roles, policy), horizon, period)
         return await self._move(trial, response)
 
     async def _move_to_start(

@@ -21,6 +21,7 @@ from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import convert
+from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.report.resimulation import can_resimulate
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -183,6 +184,12 @@ def _replay(run: RunDirectory, row: MetricsRow, joints: Joints, horizon: int) ->
     return rollout.states[:, : len(joints.names)]
 
 
+def _inputs(trial: Rollout, layout: StateLayout) -> np.ndarray:
+    """Return what the dynamics model saw of a trial."""
+    states = layout.whole_states(trial.states, trial.controls)[:-1]
+    return np.hstack([layout.dynamics_view(states), trial.controls])
+
+
 def _model(
     joints: Joints, trials: list[Rollout], found: dict[int, Iteration]
 ) -> ModelSummary | None:
@@ -190,21 +197,26 @@ def _model(
     if not found:
         return None
     latest = max(found)
-    inputs = np.concatenate(
-        [
-            np.hstack([joints.layout.dynamics_view(trial.states[:-1]), trial.controls])
-            for trial in trials[:latest]
-        ]
-    )
+    lengthscales = np.exp(found[latest].hyperparameters.log_lengthscales)
+    layout, controls = joints.layout, len(joints.commanded)
+    seen_now = len(layout.dynamics_inputs or ()) + controls
+    history = (lengthscales.shape[1] - seen_now) // controls
+    layout = layout.remembering(controls, history)
+    inputs = np.concatenate([_inputs(trial, layout) for trial in trials[:latest]])
     states = [f"{joint} {what}" for what in ("position", "velocity") for joint in joints.names]
+    before = [
+        f"{joint} command {lag} before"
+        for lag in range(1, history + 1)
+        for joint in joints.commanded
+    ]
     angles = [f"{joint} {what}" for joint in joints.continuous for what in ("sin", "cos")]
-    extended = [*states, *angles]
-    seen = [extended[i] for i in joints.layout.dynamics_inputs or ()]
+    extended = [*states, *before, *angles]
+    seen = [extended[i] for i in layout.dynamics_inputs or ()]
     commands = [f"{joint} command" for joint in joints.commanded]
     return ModelSummary(
         input_names=(*seen, *commands),
         output_names=tuple(states),
-        lengthscales=np.exp(found[latest].hyperparameters.log_lengthscales),
+        lengthscales=lengthscales,
         input_spread=inputs.std(axis=0),
     )
 

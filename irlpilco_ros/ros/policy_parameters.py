@@ -10,6 +10,7 @@ from rclpy.parameter import Parameter
 
 from irlpilco_ros.control.safety import check_policy
 from irlpilco_ros.experience.policy_file import (
+    HISTORY,
     PREFIX,
     policy_fields,
     policy_from_parameters,
@@ -38,6 +39,11 @@ def policy_parameters() -> dict[str, ParameterDescriptor]:
     for name, text in _TEXTS.items():
         kind = Parameter.Type.STRING if name == _KIND else Parameter.Type.STRING_ARRAY
         found[name] = ParameterDescriptor(name=name, type=kind.value, description=text)
+    found[PREFIX + HISTORY] = ParameterDescriptor(
+        name=PREFIX + HISTORY,
+        type=Parameter.Type.INTEGER.value,
+        description="Number of its last commands that the policy sees beside the joints.",
+    )
     for name, field in policy_fields().items():
         kind = Parameter.Type.DOUBLE_ARRAY if field.shape else _SCALARS[field.kind]
         unit = f" [{field.unit}]" if field.unit else ""

@@ -16,8 +16,9 @@ from irlpilco_ros.experience.errors import FileError
 from irlpilco_ros.report import build_report, sweeps
 from irlpilco_ros.report.resimulation import PIECES, can_resimulate, count_debris
 from irlpilco_ros.resources import config_file, recording
-from sim_bridge.guided_motion import GuidedMotion, load_motion
+from sim_bridge.guided_motion import GuidedMotion
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.rendering import can_render
 
 needs_opengl = pytest.mark.skipif(not can_render(), reason="needs libegl1 or libosmesa6")

@@ -5,7 +5,7 @@ import pytest
 
 from sim_bridge.arm_simulation import ArmSettings, ArmSimulation
 from sim_bridge.errors import InvalidCommandError
-from sim_bridge.guided_motion import WIPE, load_motion
+from sim_bridge.motion_files import WIPE, load_motion
 
 HOME = [0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4]
 QUIET: dict[str, Any] = {"position_noise": 0.0, "velocity_noise": 0.0}

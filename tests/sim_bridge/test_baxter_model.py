@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sim_bridge.baxter_model import SCENE, build_model
-from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.simulation_settings import SimulationSettings
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden" / "baxter"

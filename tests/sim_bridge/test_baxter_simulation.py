@@ -11,8 +11,8 @@ import pytest
 from irlpilco_ros.learning.errors import InvalidSettingError
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import InvalidCommandError
-from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.simulation_settings import SimulationSettings
 
 STEP = 0.3  # [rad/s]

@@ -12,8 +12,8 @@ from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import Trial
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import as_message
-from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.simulation_settings import SimulationSettings
 
 INWARDS = {"left_s0": -0.4, "right_s0": 0.4}  # [rad/s]

@@ -12,8 +12,9 @@ from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.debris import debris_in_pan
 from sim_bridge.episode import guide_through
 from sim_bridge.errors import DivergedError
-from sim_bridge.guided_motion import GuidedMotion, load_motion
+from sim_bridge.guided_motion import GuidedMotion
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import load_motion
 from sim_bridge.simulation_settings import SimulationSettings
 
 

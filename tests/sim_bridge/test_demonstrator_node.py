@@ -11,8 +11,8 @@ from ros_graph import RosGraph
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.ros.messages import nanoseconds
-from sim_bridge.guided_motion import load_motion
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import load_motion
 
 pytestmark = pytest.mark.dds
 

@@ -12,15 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from irlpilco_ros.learning.errors import InvalidSettingError
-from sim_bridge.guided_motion import SWEEP, GuidedMotion, MinimumJerk, load_motion
+from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
+from sim_bridge.motion_files import BY_HAND, SWEEP, load_motion
 
 MOTIONS: dict[str, Any] = {
     "sweep": load_motion(),
+    "by hand": load_motion(BY_HAND),
     "approach": MinimumJerk.within_speed([0.0, 1.0], [0.5, -1.0], speed=0.4),
 }
 
 
-def test_sweep_passes_its_waypoints() -> None:
+def test_the_cornered_sweep_passes_its_waypoints() -> None:
     motion = load_motion()
     assert motion.waypoints.shape == (17, 14)
     assert motion.duration == 8.0
@@ -28,7 +30,24 @@ def test_sweep_passes_its_waypoints() -> None:
     assert np.abs(passed - motion.waypoints).max() < 6e-3
 
 
-def test_sweep_is_straight_between_waypoints() -> None:
+def test_a_hand_is_smooth_trembles_and_rests_at_both_ends() -> None:
+    motion = load_motion(BY_HAND)
+    times = np.arange(0.0, motion.duration, 0.01)
+    velocities = np.array([motion.at(time)[1] for time in times])
+    accelerations = np.diff(velocities, axis=0) / 0.01
+    assert 1.0 < np.abs(accelerations).max() < 3.0
+    assert np.abs(velocities[[0, -1]]).max() < 0.05
+    spectrum = np.abs(np.fft.rfft(velocities[:, 3] * np.hanning(len(times))))
+    frequencies = np.fft.rfftfreq(len(times), 0.01)
+    trembles = spectrum[(frequencies > 6.0) & (frequencies < 9.0)].max()
+    assert trembles > 10.0 * spectrum[frequencies > 11.0].max()
+    passed = [
+        np.abs([motion.at(t)[0] - w for t in times]).max(axis=1).min() for w in motion.waypoints
+    ]
+    assert max(passed) < 0.1, "it cuts corners, but not far from any waypoint"
+
+
+def test_the_cornered_sweep_is_straight_between_waypoints() -> None:
     motion = load_motion()
     for k in range(16):
         first, last = motion.waypoints[k : k + 2]
@@ -80,6 +99,7 @@ def test_approach_ends_at_the_goal_within_the_speed(
         ({"positions": [[0.0] * 14, [float("nan")] * 14]}, "waypoint 1 is not finite"),
         ({"positions": [[0.0] * 14, [0.0] * 2]}, "cannot read a motion"),
         ({"interval": 0.0}, "expected more than 0"),
+        ({"course": "bent"}, "course: hand or straight"),
         ({"joints": None}, "cannot read a motion"),
     ],
 )

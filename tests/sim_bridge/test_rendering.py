@@ -10,7 +10,7 @@ import pytest
 from sim_bridge import rendering
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import RenderingError
-from sim_bridge.guided_motion import load_motion
+from sim_bridge.motion_files import load_motion
 from sim_bridge.rendering import CAMERAS, FrameRenderer, can_render
 from sim_bridge.simulation_settings import SimulationSettings
 from sim_bridge.viewer import Viewer

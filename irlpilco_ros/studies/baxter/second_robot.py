@@ -18,7 +18,7 @@ from irlpilco_ros.studies.baxter.robots import FASTEST, MISCALIBRATED_LAG, SLOWE
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.arm_simulation import ArmSettings, ArmSimulation
 from sim_bridge.episode import run_trial
-from sim_bridge.guided_motion import WIPE, load_motion
+from sim_bridge.motion_files import WIPE, load_motion
 
 EXPERIMENT = "second_robot"
 ITERATIONS = 5
