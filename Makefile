@@ -56,6 +56,9 @@ format: $(READY)  ## let ruff rewrite what it can
 benchmark: $(READY)  ## measure the speed of the parts
 	$(BIN)/python -m benchmarks $(ARGS)
 
+faults: $(READY)  ## make faults in real nodes; minutes; writes docs/reliability.md
+	$(BIN)/python -m benchmarks.faults $(ARGS)
+
 results: $(READY)  ## measure what docs/results.md says; hours, resumable (ARGS="--processes 2")
 	$(BIN)/irlpilco cart-pole
 	$(BIN)/irlpilco study baxter --document docs/results.md $(ARGS)
@@ -78,4 +81,4 @@ $(OLDEST)/.ready: requirements/oldest.lock setup.py setup.cfg tools/set_up.sh
 	@tools/set_up.sh $(OLDEST) requirements/oldest.lock
 	@touch $@
 
-.PHONY: help demo test test-oldest lint ruff mypy format benchmark results docs lock clean
+.PHONY: help demo test test-oldest lint ruff mypy format benchmark faults results docs lock clean
