@@ -9,6 +9,8 @@ from typing import Any
 from irlpilco_ros.commands.counts import at_least
 
 EXPERIMENTS = (
+    "motion",
+    "control_period",
     "headline",
     "perturbations",
     "debris",
@@ -20,16 +22,18 @@ EXPERIMENTS = (
 )
 
 EPILOG = """\
-baxter     the sweep on a simulated Baxter: robot time, miscalibrated joints, perturbations against
-           replay, tracking and cloning, debris in the pan, hand features, ablation, and the
-           thesis's own settings and methods over 15 iterations
+baxter     the sweep on a simulated Baxter: the whole path of the arm on robots as they come,
+           miscalibrated and late, beside iterative learning control, and at other control
+           periods; robot time, perturbations against replay, tracking and cloning, debris in
+           the pan, hand features, ablation, and the thesis's own settings and methods over
+           15 iterations
 
 Every run is a file OUT/EXPERIMENT/CONDITION/SEED.json; a study that was stopped goes on with those
 that are missing. All runs over ten seeds take some hours on two cores; the headline a quarter of
 an hour. Tables go to OUT/tables.md, figures to OUT/figures.
 
 examples:
-  irlpilco study baxter --experiments headline --seeds 3
+  irlpilco study baxter --experiments motion --seeds 3
   irlpilco study baxter --processes 2
   irlpilco study baxter --dask tcp://scheduler:8786
   irlpilco study baxter --document docs/results.md    # fills in its tables

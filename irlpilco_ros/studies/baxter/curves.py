@@ -15,6 +15,7 @@ from irlpilco_ros.studies.job import Result
 LOOKS: tuple[dict[str, Any], ...] = (
     {"color": style.ORANGE, "linestyle": "-", "marker": "o"},
     {"color": style.BLUE, "linestyle": (0, (5, 2)), "marker": "s"},
+    {"color": style.FAINT, "linestyle": (0, (1, 2)), "marker": "^"},
 )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.path_quality import MotionPath, path_quality
 from irlpilco_ros.experience.robot_settings import RobotSettings
@@ -77,7 +78,7 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
     paths: list[dict[str, float]] = []
 
     def try_out(policy: Policy) -> Rollout:
-        trial, path = _try(simulation, policy, task)
+        trial, path = try_policy(simulation, policy, task)
         paths.append(_quality(path, teacher.path()))
         return trial
 
@@ -143,8 +144,17 @@ def demonstration_of(result: Result) -> Rollout:
     return Rollout(states, np.full((len(states) - 1, JOINTS), np.nan))
 
 
-def _try(simulation: BaxterSimulation, policy: Policy, task: Task) -> tuple[Rollout, MotionPath]:
-    """Run one trial; arms that a wild one before left knotted are freed, as a person would."""
+def try_policy(
+    simulation: BaxterSimulation, policy: ActingPolicy, task: Task
+) -> tuple[Rollout, MotionPath]:
+    """Move to the start and run one trial; returns its ticks and its whole path.
+
+    Arms that a wild trial before left knotted are freed, as a person would.
+
+    Raises:
+        ApproachError: the arms did not reach the start.
+        MotionStoppedError: a check stopped the robot.
+    """
     start, robot = task.reference_states()[0, :JOINTS], PathRecorder(simulation)
     arguments = (policy, start, task.horizon, task.dt, robot.take)
     try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from sim_bridge.joints import ARM_JOINTS
@@ -21,12 +23,30 @@ def default_robot(seed: int) -> SimulationSettings:
 
 def miscalibrated_robot(seed: int) -> SimulationSettings:
     """Return a robot that makes 0.6 to 1.2 times the commanded speed, unknown for each joint."""
-    factors = np.random.default_rng(seed).uniform(SLOWEST, FASTEST, len(ARM_JOINTS))
-    return SimulationSettings(
-        seed=seed,
-        command_lag=MISCALIBRATED_LAG,
-        speed_factor=tuple(float(factor) for factor in factors),
+    return dataclasses.replace(
+        default_robot(seed), command_lag=MISCALIBRATED_LAG, speed_factor=unknown_factors(seed)
     )
 
 
-ROBOTS = {"default": default_robot, "miscalibrated": miscalibrated_robot}
+def delayed_robot(seed: int) -> SimulationSettings:
+    """Return a robot whose arms are 0.4 s behind at constant speed, as was measured on a Baxter."""
+    return dataclasses.replace(default_robot(seed), preset="delayed")
+
+
+def delayed_miscalibrated_robot(seed: int) -> SimulationSettings:
+    """Return a robot that is as late, and whose joints make 0.6 to 1.2 times the speed."""
+    return dataclasses.replace(delayed_robot(seed), speed_factor=unknown_factors(seed))
+
+
+def unknown_factors(seed: int) -> tuple[float, ...]:
+    """Return the speed that each joint makes of a commanded 1 rad/s (14,), by the seed."""
+    factors = np.random.default_rng(seed).uniform(SLOWEST, FASTEST, len(ARM_JOINTS))
+    return tuple(float(factor) for factor in factors)
+
+
+ROBOTS = {
+    "default": default_robot,
+    "miscalibrated": miscalibrated_robot,
+    "delayed": delayed_robot,
+    "delayed_miscalibrated": delayed_miscalibrated_robot,
+}
