@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 import toy_robot
 import yaml
-from test_mutations import BYTES, LONGEST, mutate_tree
+from damaged_bags import BYTES, mutate_tree
+from test_mutations import LONGEST
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.errors import RunDirectoryError

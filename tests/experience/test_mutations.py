@@ -9,16 +9,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import yaml
+from damaged_bags import contents, damage
 from example_trajectories import torn_bag, trial
 from foreign_bags import motion, on_topic, write_mcap, write_ros1, write_rosbag2, write_split
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from irlpilco_ros.experience.bag_reader import messages_digest, read_bag
-from irlpilco_ros.experience.demonstrations import copy_demonstrations, read_demonstrations
+from irlpilco_ros.experience.demonstrations import checked_demonstrations, copy_demonstrations
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.inspect import inspect
 from irlpilco_ros.experience.recovery import recover
+from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 
 LONGEST = 20.0
@@ -55,68 +56,22 @@ KINDS: dict[str, Callable[[Path], Path]] = {
 }
 
 
-def truncate(content: bytearray, rng: random.Random) -> None:
-    del content[rng.randrange(len(content)) :]
-
-
-def flip(content: bytearray, rng: random.Random) -> None:
-    for _ in range(rng.choice((1, 1, 8))):
-        content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-
-
-def remove(content: bytearray, rng: random.Random) -> None:
-    start = rng.randrange(len(content))
-    del content[start : start + rng.choice((1, 4, 100))]
-
-
-def insert(content: bytearray, rng: random.Random) -> None:
-    start = rng.randrange(len(content))
-    content[start:start] = rng.randbytes(rng.choice((1, 8, 300)))
-
-
-def blank(content: bytearray, rng: random.Random) -> None:
-    start = rng.randrange(len(content))
-    content[start : start + 64] = bytes(len(content[start : start + 64]))
-
-
-def extreme(content: bytearray, rng: random.Random) -> None:
-    """Lengths and counts that are far too large."""
-    start = rng.randrange(max(len(content) - 8, 1))
-    content[start : start + 8] = b"\xff" * rng.choice((2, 4, 8))
-
-
-BYTES = (truncate, flip, flip, remove, insert, blank, extreme)
-
-
-def mutate_tree(node, rng: random.Random):
-    """Replace one value somewhere in a YAML document by one of another kind."""
-    if isinstance(node, dict) and node and rng.random() < 0.8:
-        key = rng.choice(sorted(node, key=str))
-        return {**node, key: mutate_tree(node[key], rng)}
-    if isinstance(node, list) and node and rng.random() < 0.8:
-        place = rng.randrange(len(node))
-        return [*node[:place], mutate_tree(node[place], rng), *node[place + 1 :]]
-    return rng.choice([None, [], {}, [[1]], {"a": 1}, -1, 2**70, "x", "../../x", "", True, 1e400])
-
-
-def damage(bag: Path, rng: random.Random) -> None:
-    file = rng.choice(sorted(bag.iterdir()))
-    if file.name == "metadata.yaml" and rng.random() < 0.5:
-        file.write_text(yaml.safe_dump(mutate_tree(yaml.safe_load(file.read_text()), rng)))
-        return
-    content = bytearray(file.read_bytes())
-    rng.choice(BYTES)(content, rng)
-    file.write_bytes(content)
-
-
-def contents(folder: Path) -> dict[Path, bytes]:
-    return {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+def robot_of(joints: tuple[str, ...]) -> RobotSettings:
+    """A robot that can do anything."""
+    wide = (9.0,) * len(joints)
+    return RobotSettings(
+        joints=joints,
+        position_lower=tuple(-limit for limit in wide),
+        position_upper=wide,
+        velocity_limit=tuple(9.0 * limit for limit in wide),
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_damaged_bag_is_read_or_refused_in_a_sentence(tmp_path, kind):
     original = KINDS[kind](tmp_path / "original")
     sound = messages_digest(original)
+    robot = robot_of(read_bag(original).joint_names)
     rng = random.Random(f"11 {kind}")
     outcomes = set()
     for number in range(40):
@@ -125,10 +80,10 @@ def test_a_damaged_bag_is_read_or_refused_in_a_sentence(tmp_path, kind):
         damage(work / "bag", rng)
         before = contents(work)
         for command in (
-            inspect,
+            lambda bag: inspect(bag, robot=robot),
             recover,
             read_bag,
-            read_demonstrations,
+            lambda bag: checked_demonstrations(bag, robot),
             messages_digest,
             lambda bag: copy_demonstrations(bag, bag.with_name("copy")),
         ):
