@@ -46,7 +46,7 @@ class LearningSettings:
         maximum=100,
     )
     sensor_noise: bool = setting(
-        True,
+        False,
         "Whether predictions count the noise of the measurements that the policy acts on: gains "
         "stay small, and predicted bands hold what they promise.",
     )

@@ -20,7 +20,6 @@ from irlpilco_ros.learning.state_layout import StateLayout
 LAYOUT = StateLayout(2, angles=(0,), dynamics_inputs=(1, 2, 3), policy_inputs=(1, 2, 3))
 SETTINGS = LearningSettings(
     prior_mean="zero",
-    sensor_noise=False,
     hyperprior="pilco",
     policy="rbf",
     options={"rbf.count": 6},

@@ -51,7 +51,6 @@ START_SPREAD = CartPoleSettings().start_spread
 
 EXPERT_SETTINGS = LearningSettings(
     prior_mean="zero",
-    sensor_noise=False,
     hyperprior="pilco",
     policy="rbf",
     options={"rbf.count": 25},
