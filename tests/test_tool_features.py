@@ -65,7 +65,9 @@ def test_another_robot_has_no_such_tools():
 
 
 def test_features_that_nobody_offers_are_refused_by_name():
-    with pytest.raises(InvalidSettingError, match="features is 'hands'; valid values: motion, joints"):
+    with pytest.raises(
+        InvalidSettingError, match="features is 'hands'; valid values: motion, joints"
+    ):
         dataclasses.replace(baxter(), features="hands")
 
 
