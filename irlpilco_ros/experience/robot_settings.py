@@ -19,6 +19,9 @@ from irlpilco_ros.learning.features import REGISTRY, Features
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
+FAST = 20.0
+"""Speed above which a limit is doubted [rad/s]."""
+
 
 @dataclass(frozen=True)
 class RobotSettings(MotionSettings):
@@ -167,6 +170,18 @@ class RobotSettings(MotionSettings):
     def roles(self) -> Joints:
         """The joints, and which of them are commanded or turn without end."""
         return Joints(self.joints, self.unactuated_joints, self.continuous_joints)
+
+    def doubts(self) -> tuple[str, ...]:
+        """Return a sentence for each limit that is allowed, but bounds nothing."""
+        if self.command_interface == "effort":
+            return ()
+        fast = np.flatnonzero(self.control_limit > FAST)
+        return tuple(
+            f"velocity_limit of joint {self.roles.commanded[joint]} is "
+            f"{self.control_limit[joint]:g} rad/s, more than the {FAST:g} rad/s of the fastest "
+            "arms; nothing else bounds how fast a policy may move it: is that meant?"
+            for joint in fast
+        )
 
     @cached_property
     def lower(self) -> NDArray[np.float64]:

@@ -47,6 +47,8 @@ class Controller(SuiteNode):
         """Declare parameters, offer services, listen to joint states."""
         super().__init__("controller")
         self._robot = declare_settings(self, RobotSettings)
+        for doubt in self._robot.doubts():
+            self.get_logger().warning(doubt)
         settings = declare_settings(
             self, ControllerSettings, apply=self._apply_settings, check=self._check_settings
         )

@@ -100,6 +100,8 @@ class Learner(SuiteNode):
         """
         super().__init__("learner")
         self._robot = declare_settings(self, RobotSettings)
+        for doubt in self._robot.doubts():
+            self.get_logger().warning(doubt)
         self._settings = declare_settings(self, LearningSettings)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration

@@ -55,6 +55,12 @@ def test_the_robot_of_the_package_loads(repository):
     assert effort.control_limit[4] == 15.0
 
 
-def test_a_velocity_limit_that_no_joint_has_is_refused():
+def test_a_velocity_limit_that_bounds_nothing_is_doubted_or_refused():
+    robot = dataclasses.replace(ROBOT, velocity_limit=(1.5, 100.0))
+    [doubt] = robot.doubts()
+    assert doubt.startswith("velocity_limit of joint wrist is 100 rad/s")
+    # Nobody commands it.
+    assert dataclasses.replace(robot, unactuated_joints=("wrist",)).doubts() == ()
+    assert ROBOT.doubts() == ()
     with pytest.raises(InvalidSettingError, match=r"expected at most 10000\.0 \[rad/s\]"):
         dataclasses.replace(ROBOT, velocity_limit=(1.5, 1e6))

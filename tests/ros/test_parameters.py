@@ -10,8 +10,15 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
 
+from irlpilco_ros.ros.known_parameters import known_parameters
+from irlpilco_ros.ros.policy_parameters import policy_parameters
+
 pytestmark = pytest.mark.dds
 MINIMAL = str(Path(__file__).with_name("minimal_node.py"))
+
+
+def test_the_parameters_of_a_policy_are_known():
+    assert set(policy_parameters()) <= known_parameters()
 
 
 @pytest.fixture(scope="module")
