@@ -29,9 +29,7 @@ demo: $(READY)  ## learn the sweep from one demonstration (ARGS="--seed 3")
 
 test: $(READY)  ## run the tests, with coverage (ARGS="-m 'not dds'" leaves some out)
 ifeq ($(ARGS),)
-	@mkdir -p build
-	$(BIN)/python -m coverage run -m pytest $(UNITS)
-	$(BIN)/python -m pytest tests $(addprefix --ignore=,$(UNITS))
+	@tools/run_tests.sh $(BIN)/python $(UNITS)
 	@$(BIN)/python tools/coverage_table.py
 else
 	$(BIN)/python -m pytest $(ARGS)
