@@ -43,8 +43,9 @@ def test_a_motion_is_found_in_noise(begin, duration, after, rate, seed, epoch):
     # A smooth motion creeps at first: what counts is how little of the way is left out.
     before = positions[times - times[0] <= motion.begin]
     behind = positions[times - times[0] >= motion.end]
-    assert np.abs(before - positions[0]).max() < 0.006
-    assert np.abs(behind - positions[-1]).max() < 0.006
+    left_out = 0.005 + 8.0 * NOISE  # both ends are noisy readings, of thousands
+    assert np.abs(before - positions[0]).max() < left_out
+    assert np.abs(behind - positions[-1]).max() < left_out
     assert begin - 0.2 < motion.begin < begin + 0.13 * duration + 0.1
     assert begin + 0.87 * duration - 0.1 < motion.end < begin + duration + 0.2
     assert (motion.first_joint, motion.last_joint) == ("shoulder", "wrist")
