@@ -216,6 +216,15 @@ class RosGraph:
 
         self.wait_for(is_there, f"node {name}", timeout)
 
+    def wait_until_gone(self, name: str) -> None:
+        """Wait until no service of a node that was stopped is found, so that no call goes to it."""
+        called = [client for (_, service), client in self._clients.items() if f"{name}/" in service]
+        self.wait_for(
+            lambda: not any(client.service_is_ready() for client in called),
+            f"node {name} to be gone",
+            20.0,
+        )
+
     def wait_for(self, condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:
         """Poll until the condition holds and return its value; fail at the deadline [s]."""
         deadline = time.monotonic() + timeout

@@ -84,6 +84,7 @@ def test_what_is_dumped_can_be_loaded_and_started_with(ros, tmp_path, name, robo
     assert [result.reason for result in load(ros, name, path) if not result.successful] == []
     assert dump(ros, name) == before
     assert first.stop() == 0
+    ros.wait_until_gone(name)
     ros.start(NODES[name], files=[path])
     assert dump(ros, name) == before
 
@@ -124,6 +125,7 @@ def test_a_policy_of_any_kind_is_loaded_bit_by_bit_over_any_other(ros, tmp_path)
         assert dump(ros, "controller") == dumps[i]
     assert controller.stop() == 0
     for path, values in zip(paths, dumps, strict=True):
+        ros.wait_until_gone("controller")
         again = ros.start(CONTROLLER, files=[path])
         assert dump(ros, "controller") == values
         assert again.stop() == 0
