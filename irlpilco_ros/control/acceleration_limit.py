@@ -34,5 +34,5 @@ class AccelerationLimit:
         before, last = self._last
         reach = self._limit * max(stamp - before, 0) * 1e-9
         nearest = np.clip(values, last - reach, last + reach)
-        self._last = stamp, nearest
+        self._last = max(stamp, before), nearest
         return nearest

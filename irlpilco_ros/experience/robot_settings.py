@@ -147,6 +147,11 @@ class RobotSettings(MotionSettings):
         if self.command_interface == "effort" or self.effort_limit:
             names.append("effort_limit")
         if self.acceleration_limit:
+            if self.command_interface == "effort":
+                raise InvalidSettingError(
+                    "RobotSettings.acceleration_limit bounds velocities that are commanded; with "
+                    "command_interface: effort leave it out"
+                )
             names.append("acceleration_limit")
         for name in names:
             length = len(getattr(self, name))

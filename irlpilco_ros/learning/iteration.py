@@ -19,6 +19,9 @@ _ARRAYS = {"weights": "k", "predicted_means": "T D", "predicted_covariances": "T
 _HYPERPARAMETERS = {"log_lengthscales": "E P", "log_signal": "E", "log_noise": "E"}
 """Shapes, letter by letter: the same letter stands for the same number. Iteration 0 has none."""
 
+_LINEAR = {"log_linear": "E"}
+"""Of the hyperparameters, only where the model has a linear part."""
+
 _NUMBERS = ("margin", "cost", "model_seconds", "policy_seconds")
 _COUNTS = ("index", "evaluations")
 
@@ -103,6 +106,8 @@ class Iteration:
         arrays = {name: np.asarray(getattr(self, name)) for name in names}
         for name in _HYPERPARAMETERS:
             arrays[name] = getattr(self.hyperparameters, name)
+        if self.hyperparameters.log_linear is not None:
+            arrays["log_linear"] = self.hyperparameters.log_linear
         arrays["learned"] = np.asarray(self.learned)
         arrays["notes"] = np.asarray(self.notes, dtype=np.str_)
         for name, value in self.policy.to_arrays().items():
@@ -124,7 +129,8 @@ class Iteration:
                 if name.startswith("policy_") and name != "policy_seconds"
             }
             fields: dict[str, Any] = _checked(arrays, _ARRAYS)
-            fields["hyperparameters"] = Hyperparameters(**_checked(arrays, _HYPERPARAMETERS))
+            kernel = _HYPERPARAMETERS | (_LINEAR if "log_linear" in arrays else {})
+            fields["hyperparameters"] = Hyperparameters(**_checked(arrays, kernel))
             fields |= {name: float(arrays[name]) for name in _NUMBERS}
             fields |= {name: int(arrays[name]) for name in _COUNTS}
             learned = bool(arrays["learned"])

@@ -5,7 +5,7 @@ import pytest
 from block_checks import slope
 from scipy.stats import multivariate_normal
 
-from irlpilco_ros.learning import LearningSettings, Rollout, Task, apprenticeship
+from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import JointMotion, JointPositions
 from irlpilco_ros.learning.gp.evidence import negative_log_evidence
@@ -262,3 +262,12 @@ def test_a_prior_mean_of_velocities_needs_every_joint_commanded():
     joints = Joints(("cart", "pole"), ("pole",), ("pole",))
     with pytest.raises(InvalidSettingError, match="set prior_mean: zero"):
         velocity_mean(joints.layout, 1, DT)
+
+
+def test_an_iteration_is_written_and_read_with_its_linear_part():
+    chosen = settings(policy="smooth_phase", options={"smooth_phase.count": 6}, evaluations=2)
+    loop = apprenticeship(task(), chosen, lagging_trial)
+    first, found = next(loop), next(loop)
+    again = Iteration.from_arrays(found.to_arrays()).hyperparameters
+    np.testing.assert_array_equal(again.log_linear, found.hyperparameters.log_linear)
+    assert Iteration.from_arrays(first.to_arrays()).hyperparameters.log_linear is None
