@@ -37,6 +37,8 @@ from std_srvs.srv import Trigger
 from irlpilco_ros.ros.discovery import keep_to_this_host
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+# Nodes of services that do not bear their node's name.
+_SERVED_BY = {"learn_iteration": "learner"}
 # Domains above 101 use ports that Linux hands out to anybody.
 _DOMAINS = range(1, 101)
 
@@ -261,12 +263,36 @@ class RosGraph:
 
     def call_async(self, service_type: type, name: str, request: Any, wait: float = 10.0) -> Any:
         """Call a service; return the future (`.done()`, `.result()`)."""
-        key = (service_type, name)
-        if key not in self._clients:
+        key, is_new = (service_type, name), (service_type, name) not in self._clients
+        if is_new:
             self._clients[key] = self.node.create_client(service_type, name)
         client = self._clients[key]
         assert client.wait_for_service(wait), f"service {name} is not there"
+        if is_new:
+            space, _, last = name.strip("/").rpartition("/")
+            self._meet(f"{space}/{_SERVED_BY[last]}" if last in _SERVED_BY else space)
         return client.call_async(request)
+
+    def _meet(self, node_name: str) -> None:
+        """Wait until a node knows of all clients made so far, so that no answer is lost.
+
+        It learns of them in the order in which they are made: whoever answers through the last
+        one answers through all.
+        """
+        name = f"/{node_name.strip('/')}/get_parameters"
+        if name not in dict(self.node.get_service_names_and_types()):
+            return  # a service of a test's own
+        probe = self.node.create_client(GetParameters, name)
+        deadline = time.monotonic() + 20.0
+        while time.monotonic() < deadline:
+            if not probe.wait_for_service(1.0):
+                continue
+            answer, end = probe.call_async(GetParameters.Request()), time.monotonic() + 1.0
+            while not answer.done() and time.monotonic() < end:
+                time.sleep(0.005)
+            if answer.done():
+                break
+        self.node.destroy_client(probe)
 
     def call(self, service_type: type, name: str, request: Any, timeout: float = 20.0) -> Any:
         """Call a service and return its answer."""

@@ -102,8 +102,8 @@ class MotionControl:
             MotionRefusedError: names the joint that is farthest from there, and how far.
         """
         start, reading = self.settings.start_position, self._tracker.reading()
-        if not start or reading is None:
-            return
+        if self._motion is not None or not start or reading is None:
+            return  # busy is the better reason, and `start` gives it
         distance = reading.positions - np.array(start)
         joint = int(np.abs(distance).argmax())
         tolerance = self.settings.trial_start_tolerance + _SPREADS * self.robot.start_spread

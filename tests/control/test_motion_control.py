@@ -279,6 +279,18 @@ def test_a_trial_begins_at_the_start_of_its_policy(control):
     spread.check_start()
 
 
+def test_busy_is_the_reason_during_a_trial_wherever_the_robot_is(control, outcomes):
+    begin(control, outcomes)
+    far = dataclasses.replace(control.settings, start_position=(1.0, 0.2))
+    control.change(far)
+    control.check_start()
+    with pytest.raises(MotionRefusedError, match="busy: .* is going on"):
+        control.start(Trial(Constant(0.0, 0.0), 10, 0.1), 0.0, outcomes.append)
+    control.stop("enough")
+    with pytest.raises(MotionRefusedError, match="from the policy's start"):
+        control.check_start()
+
+
 def push(control, outcomes, positions, values=(0.4, 0.0), seconds=5.0):
     """Command constant values while the joints are at positions(time); return when it ended."""
     control.take(sample(0.0, positions(0.0)), now=0.0)
