@@ -284,7 +284,7 @@ def test_busy_is_the_reason_during_a_trial_wherever_the_robot_is(control, outcom
     far = dataclasses.replace(control.settings, start_position=(1.0, 0.2))
     control.change(far)
     control.check_start()
-    with pytest.raises(MotionRefusedError, match="busy: .* is going on"):
+    with pytest.raises(MotionRefusedError, match=r"busy: .* is going on"):
         control.start(Trial(Constant(0.0, 0.0), 10, 0.1), 0.0, outcomes.append)
     control.stop("enough")
     with pytest.raises(MotionRefusedError, match="from the policy's start"):
