@@ -244,6 +244,8 @@ class Learner(SuiteNode):
         """Learn from all trials so far, try it on the robot, and see how well it went."""
         self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
         plan: Plan = await self._compute(lambda: run.prepare(self._take_progress))
+        for note in plan.iteration.notes:
+            self.get_logger().warning(f"iteration {plan.iteration.index}: {note}")
         if plan.iteration.index > 0:
             self._prediction_publisher.publish(
                 predicted_trajectory(plan.iteration, self._robot, self.get_clock().now().to_msg())

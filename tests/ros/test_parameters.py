@@ -50,7 +50,9 @@ def test_values_of_the_start_arrive(graph):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"gain": 6.0}, "out of range"),
+        ({"gain": 6.0}, "parameter gain is 6.0; expected at least 0.0; at most 5.0"),
+        ({"gain": float("nan")}, "parameter gain is nan; expected at least 0.0; at most 5.0"),
+        ({"count": 0}, "parameter count is 0; expected at least 1"),
         ({"gain": "high"}, "gain is 'high' (string); expected a number"),
         ({"mode": "loud"}, "valid values: slow, fast"),
         ({"limits": [1.0, -1.0]}, "expected at least 0.0 [rad]"),

@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from joint_commands import joint_command
 from rclpy.executors import SingleThreadedExecutor
 from ros_graph import RosGraph
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.ros.messages import joint_command, nanoseconds
+from irlpilco_ros.ros.messages import nanoseconds
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.baxter_simulator_node import BaxterSimulatorNode
