@@ -67,7 +67,7 @@ class Driver:
             tell()
             return answer.done()
 
-        self.ros.wait_for(answered, f"an answer of {name}", 20.0)
+        self.ros.wait_for(answered, f"an answer of {name}")
         return answer.result()
 
 

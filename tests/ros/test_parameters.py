@@ -59,7 +59,7 @@ def test_values_of_the_start_arrive(graph):
         ({"limits": [1.0, float("nan")]}, "expected a finite number"),
         ({"fixed": True}, "fixed is read-only: it is False as long as minimal runs"),
         ({"limit": [1.0]}, "parameter limit does not exist; is limits meant?"),
-        ({"zzz": 1}, "those of minimal are: count, fixed, gain, limits, mode,"),
+        ({"zzz": 1}, "those of minimal are: count, dawdling, fixed, gain, limits, mode,"),
     ],
 )
 def test_a_refused_change_gives_the_reason_and_changes_nothing(graph, change, reason):

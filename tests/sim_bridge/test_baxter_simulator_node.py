@@ -144,7 +144,7 @@ class Answerer:
     def collect(self, ros: RosGraph, count: int) -> np.ndarray:
         """Answer so many states and return them."""
         self.states, self.wanted = [], count
-        ros.wait_for(lambda: len(self.states) >= count, f"{count} states", 20.0)
+        ros.wait_for(lambda: len(self.states) >= count, f"{count} states")
         return np.array(self.states)
 
 
@@ -253,7 +253,7 @@ def test_viewer_without_a_display_is_refused(ros: RosGraph) -> None:
         ros.environment.pop(name, None)
     process = ros.start(NODE, parameters={"viewer": True}, wait=False)
     process.expected_code = 1
-    assert process.wait(30.0) == 1
+    assert process.wait() == 1
     assert "error: the viewer needs a display" in process.output
     assert "Traceback" not in process.output
 
@@ -261,7 +261,7 @@ def test_viewer_without_a_display_is_refused(ros: RosGraph) -> None:
 def test_a_wrong_parameter_is_refused(ros: RosGraph) -> None:
     process = ros.start(NODE, parameters={"speed_factor": [1.0, 1.0]}, wait=False)
     process.expected_code = 1
-    assert process.wait(30.0) == 1
+    assert process.wait() == 1
     assert "speed_factor has 2 values; expected 1" in process.output
 
 
