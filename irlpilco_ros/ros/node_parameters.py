@@ -39,7 +39,6 @@ NODE_PARAMETERS = (
     "motion_distance",
     "motion_file",
     "motion_speed",
-    "object_pose",
     "optimiser",
     "output_directory",
     "payload",

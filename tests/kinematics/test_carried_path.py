@@ -127,6 +127,6 @@ def test_a_path_that_only_a_joints_limit_forbids_names_the_joint():
         carrier.carry(times, shown, turned)
     np.testing.assert_allclose(
         Carrier(kinematics, np.full(3, -2.5), np.full(3, 2.5)).carry(times, shown, turned),
-        shown + [0.5, 0.0, 0.0],
+        np.add(shown, (0.5, 0.0, 0.0)),
         atol=1e-8,
     )
