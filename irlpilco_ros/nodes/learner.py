@@ -28,6 +28,7 @@ from irlpilco_ros.experience.apprenticeship import (
 from irlpilco_ros.experience.errors import UnfitDemonstrationError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -103,6 +104,7 @@ class Learner(SuiteNode):
         for doubt in self._robot.doubts():
             self.get_logger().warning(doubt)
         self._settings = declare_settings(self, LearningSettings)
+        self._tools = declare_settings(self, ToolSettings)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration
         )
