@@ -97,6 +97,7 @@ LEARNING = (
     "iteration",
     "second_search",
     "learn",
+    "adapt",
     "apprenticeship",
 )
 

@@ -88,6 +88,15 @@ class LinearPhasePolicy(Policy):
         split = states.shape[1]
         return dataclasses.replace(self, weights=both[:, :split], phase_weights=both[:, split:])
 
+    def along(self, states: Array, controls: Array, control_limit: Array) -> Self:
+        """Return the policy with the same gains W dx, dx being measured from other states.
+
+        Arguments are those of `Policy.along`. Gains are in units of the limit.
+        """
+        weights = self.weights * (self.control_limit / control_limit)[:, None]
+        same = dataclasses.replace(self, weights=weights, control_limit=control_limit)
+        return same.fit_demonstration(states, controls - states @ weights.T)
+
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial."""
         return squash(self.weights @ state + self._feed_forward(step), self.control_limit)
