@@ -15,12 +15,13 @@ from irlpilco_ros.commands import metrics_table
 from irlpilco_ros.commands.bag_topic import add_topic_argument, add_window_argument
 from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
-from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
+from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
 

@@ -21,11 +21,11 @@ from trajectory_msgs.msg import JointTrajectory
 
 from irlpilco_ros.experience.apprenticeship import (
     Apprenticeship,
-    Plan,
     TrialReport,
     check_demonstration,
 )
 from irlpilco_ros.experience.errors import UnfitDemonstrationError
+from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.kinematics.tools import ToolSettings

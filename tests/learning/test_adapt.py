@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from itertools import islice
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,8 +53,7 @@ class Robot:
     def run(self, policy, task: Task = HERE) -> Rollout:
         self.trials += 1
         robot, start = LaggingJoints(self.trials), task.reference_states()[0]
-        history = Remembering(policy) if SETTINGS.command_history else policy
-        return robot.run(history, start)
+        return robot.run(Remembering(policy), start)  # type: ignore[arg-type]
 
 
 class Remembering:
@@ -126,8 +126,8 @@ def test_a_policy_keeps_its_gains_along_other_states(kind):
     task = toy_task()
     limit, other = np.array([1.0, 2.0]), np.array([1.5, 1.0])
     cls = REGISTRY.get(kind)
-    zero = cls.zero(dataclasses.replace(task), limit, cls.Settings(count=6))
-    policy = dataclasses.replace(zero, weights=0.2 * rng.standard_normal((2, 4)), horizon=H)
+    zero: Any = cls.zero(task, limit, cls.Settings(count=6))
+    policy: Any = dataclasses.replace(zero, weights=0.2 * rng.standard_normal((2, 4)), horizon=H)
     states = np.cumsum(0.05 * rng.standard_normal((H, 4)), axis=0)
     wanted = 0.1 * np.sin(np.arange(H) / 4.0)[:, None] * [1.0, -1.0]
     moved = policy.along(states, wanted, other)
