@@ -11,6 +11,7 @@ from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_merging import JointMerger, Received, Silence
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, decode
+from irlpilco_ros.experience.motion import MotionSettings
 from irlpilco_ros.experience.recording_tally import RecordingTally
 from irlpilco_ros.experience.sampling import Sample, Sampler
 
@@ -37,6 +38,8 @@ class LiveRecording:
         command_topic: TopicSource,
         continuous: Sequence[str] = (),
         full_rate: bool = True,
+        motion: MotionSettings | None = None,
+        known: Sequence[BagMessage] = (),
     ) -> None:
         """Wait for the first sample.
 
@@ -48,6 +51,9 @@ class LiveRecording:
             command_topic: Topic of the commands.
             continuous: Those of the joints that turn without end.
             full_rate: Whether all joint states and commands are kept beside the samples.
+            motion: What counts as motion; None for the default.
+            known: Messages that were known before, such as where the object is; the bag begins
+                with them.
         """
         self.path: Path | None = None
         self.failure = ""
@@ -55,7 +61,7 @@ class LiveRecording:
         self._joints = tuple(joints)
         self._merger = JointMerger(joints, period)
         self._sampler = Sampler(joints, period)
-        self._tally = RecordingTally(joints, continuous)
+        self._tally = RecordingTally(joints, continuous, motion)
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)
         self._command_topic = cache(command_topic)
@@ -64,7 +70,7 @@ class LiveRecording:
         self._moving = False
         self._first = 0
         self._full_rate = full_rate
-        self._pending: list[BagMessage] = []
+        self._pending: list[BagMessage] = list(known)
         self._pending_size = 0  # [bytes]
 
     @property
@@ -89,6 +95,11 @@ class LiveRecording:
     def take_command(self, command: Received) -> None:
         """Take in a command; what makes a sample is on disk when this returns."""
         self._take(lambda: self._decisions_of(command))
+
+    def take_other(self, message: BagMessage) -> None:
+        """Take in what is neither a state nor a command; it is on disk with the next sample."""
+        self._pending.append(message)
+        self._pending_size += len(message.data)
 
     def flush(self) -> None:
         """Bring to disk what is no sample, and look whether the bag is still there."""
