@@ -316,11 +316,10 @@ def told_poses(bag: Path) -> list[float]:
 def test_where_the_object_is_belongs_into_every_bag(ros, tmp_path):
     robot = Robot(ros, output_directory=str(tmp_path / "bags"))
     objects = ros.publisher(PoseStamped, "object_pose", QoSProfile(depth=10), subscribers=1)
-    objects.publish(pose_message(0.5))
-    bad = pose_message(float("nan"))
-    objects.publish(bad)
 
     def heard() -> Path:
+        objects.publish(pose_message(0.5))
+        objects.publish(pose_message(float("nan")))
         bag = bag_of(robot.call("start"))
         robot.move(1.0, 0.002)
         assert robot.call("stop").success
