@@ -54,6 +54,7 @@ SETTINGS = LearningSettings(
     prior_mean="identified",
     policy="smooth_phase",
     command_history=1,
+    repeating_errors=True,
     sensor_noise=True,
     evaluations=6,
     options={"smooth_phase.count": 6, "feature_matching.variance_weight": 0.3},

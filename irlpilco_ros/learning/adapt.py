@@ -161,6 +161,7 @@ def _model(
         prior,
         settings.threads,
         linear,
+        known.log_repeated is not None,
         settings.model_points,
     )
 

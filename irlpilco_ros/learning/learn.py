@@ -226,6 +226,7 @@ def _train_model(
         report.model,
         cast(HyperpriorName, settings.hyperprior),
         linear,
+        settings.repeating_errors,
         settings.model_points,
     )
 

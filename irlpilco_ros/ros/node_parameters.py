@@ -54,6 +54,7 @@ NODE_PARAMETERS = (
     "preset",
     "prior_mean",
     "real_time_factor",
+    "repeating_errors",
     "reset_service",
     "run_directory",
     "sample_rate",

@@ -29,6 +29,7 @@ SETTINGS = LearningSettings(
     prior_mean="identified",
     policy="smooth_phase",
     command_history=1,
+    repeating_errors=True,
     options={"smooth_phase.count": 7, "feature_matching.variance_weight": 0.3},
     sensor_noise=True,
     threads=1,

@@ -9,6 +9,7 @@ import numpy as np
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.linear_part import LinearPart
+from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.prediction.dynamics_model import MAX_EXACT_POINTS, DynamicsModel
 from irlpilco_ros.learning.rollout import Rollout
@@ -27,6 +28,7 @@ def train_on_trials(
     progress: Callable[[float], None] | None = None,
     hyperprior: HyperpriorName = "pilco",
     linear: LinearPart | None = None,
+    repeated: bool = False,
     max_exact_points: int = MAX_EXACT_POINTS,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
@@ -40,6 +42,7 @@ def train_on_trials(
         progress: Told the fraction that is done.
         hyperprior: On the hyperparameters, before any data.
         linear: Part of the dynamics that is linear, with coefficients to be identified.
+        repeated: Whether what repeats at the same step of every trial is to be identified.
         max_exact_points: As in `DynamicsModel.train`.
     """
     return DynamicsModel.train(
@@ -51,6 +54,7 @@ def train_on_trials(
         hyperprior=hyperprior,
         max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
         linear=linear,
+        repeated=_repeated(trials) if repeated else None,
         max_exact_points=max_exact_points,
     )
 
@@ -62,6 +66,7 @@ def condition_on_trials(
     prior_mean: Array | None,
     threads: int,
     linear: LinearPart | None = None,
+    repeated: bool = False,
     max_exact_points: int = MAX_EXACT_POINTS,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials with hyperparameters that are known.
@@ -75,6 +80,7 @@ def condition_on_trials(
         threads,
         max_exact_points,
         linear,
+        _repeated(trials) if repeated else None,
     )
 
 
@@ -86,3 +92,8 @@ def _pairs(trials: Sequence[Rollout], layout: StateLayout) -> tuple[Array, Array
         for before, trial in zip(states, trials, strict=True)
     ]
     return np.vstack(inputs), np.vstack([layout.targets(trial.states) for trial in trials])
+
+
+def _repeated(trials: Sequence[Rollout]) -> RepeatedPart:
+    steps = [np.arange(len(trial.controls)) for trial in trials]
+    return RepeatedPart(np.concatenate(steps), max(map(len, steps)))
