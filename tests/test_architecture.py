@@ -25,6 +25,7 @@ ROS_PACKAGES = (
     "builtin_interfaces",
     "diagnostic_msgs",
     "launch",
+    "geometry_msgs",
     "launch_ros",
     "rcl_interfaces",
     "rclpy",
@@ -95,8 +96,10 @@ LEARNING = (
     "search",
     "judgement",
     "iteration",
+    "measured_band",
     "second_search",
     "learn",
+    "adapt",
     "apprenticeship",
 )
 

@@ -2,6 +2,7 @@
 
 NODE_PARAMETERS = (
     "acceleration_limit",
+    "adapt_error_limit",
     "approach_acceleration",
     "approach_delay",
     "approach_speed",
@@ -39,6 +40,9 @@ NODE_PARAMETERS = (
     "motion_distance",
     "motion_file",
     "motion_speed",
+    "object_noise",
+    "object_place",
+    "object_pose",
     "optimiser",
     "output_directory",
     "payload",

@@ -89,6 +89,16 @@ class LinearPhasePolicy(Policy):
         split = states.shape[1]
         return dataclasses.replace(self, weights=both[:, :split], phase_weights=both[:, split:])
 
+    def along(self, states: Array, controls: Array, control_limit: Array) -> Self:
+        """Return the policy with the same gains W dx, dx being measured from other states.
+
+        Arguments are those of `Policy.along`. Gains are in units of the limit.
+        """
+        weights = self.weights * (self.control_limit / control_limit)[:, None]
+        same = dataclasses.replace(self, weights=weights, control_limit=control_limit)
+        seen = np.stack([same._seen(state, step) for step, state in enumerate(states)])
+        return same.fit_demonstration(states, controls - seen @ weights.T)
+
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial."""
         feedback = self.weights @ self._seen(state, step)

@@ -8,6 +8,7 @@ was decided. A dynamics model that predicts from tick to tick needs to know no m
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -85,6 +86,11 @@ class SmoothPhasePolicy(LinearPhasePolicy):
         if task.demonstrations:
             reference = task.state_layout.policy_view(task.whole_reference_states()[:-1])
         return cls(weights, phases, task.horizon, control_limit, reference, settings.blend)
+
+    def along(self, states: Array, controls: Array, control_limit: Array) -> Self:
+        """Return the policy with the same gains on what is off other states."""
+        there = dataclasses.replace(self, reference=states)
+        return super(SmoothPhasePolicy, there).along(states, controls, control_limit)
 
     def between(self, time: float) -> Array:
         """Return the feed-forward (F,) at a time since the trial's start, in control periods."""
