@@ -50,7 +50,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
     calls: list[tuple[float, int]] = []
 
     def count(motion: GuidedMotion, seed: int) -> int:
-        calls.append((float(motion.waypoints[-1, 0]), seed))
+        calls.append((float(motion.at(motion.duration)[0][0]), seed))
         return seed
 
     monkeypatch.setattr(sweeps, "count_debris", count)
