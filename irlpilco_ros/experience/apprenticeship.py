@@ -29,7 +29,8 @@ from irlpilco_ros.experience.errors import (
 from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow, with_path
 from irlpilco_ros.experience.path_judge import PathJudge
 from irlpilco_ros.experience.path_quality import PathQuality
-from irlpilco_ros.experience.policy_file import policy_to_parameters
+from irlpilco_ros.experience.policy_file import PREDICTED, policy_to_parameters
+from irlpilco_ros.experience.predicted_band import PredictedBand
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
@@ -50,7 +51,7 @@ WITHOUT_EFFECT = ("threads",)
 """Settings that change how long learning takes, but not its results."""
 
 
-_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period")
+_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period", *PREDICTED)
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ class Plan:
 
     Attributes:
         iteration: What was learned for it, and the policy that the robot is to try.
-        parameters: What the controller needs for it: policy and start position [rad].
+        parameters: What the controller needs for it: policy, start position [rad], and what is
+            predicted of it.
     """
 
     iteration: Iteration
@@ -288,6 +290,9 @@ class Apprenticeship:
         """
         iteration = self._loop.propose(progress)
         parameters = controller_parameters(self.task, iteration.policy, self._robot)
+        band = PredictedBand.of(iteration, self._robot.roles)
+        if band is not None:
+            parameters |= band.to_parameters()
         self._write(iteration, self._alone(parameters))
         return Plan(iteration, parameters)
 
@@ -364,7 +369,7 @@ class Apprenticeship:
 
     def _alone(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Return what a policy file holds beside the policy, to run it without anything else."""
-        own = {name: parameters[name] for name in _OF_A_TRIAL}
+        own = {name: parameters[name] for name in _OF_A_TRIAL if name in parameters}
         robot = {
             name: value
             for name, value in values_of(self._robot).items()
