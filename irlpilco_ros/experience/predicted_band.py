@@ -70,7 +70,7 @@ class PredictedBand:
             if values.size != positions.size or values.size % count or values.size < 2 * count:
                 raise InvalidSettingError(
                     f"{name} has {values.size} values; expected one for each of {count} joints at "
-                    f"every tick of a trial, as many as {POSITIONS} has"
+                    "every tick of a trial, as many positions as deviations"
                 )
             if not np.isfinite(values).all():
                 raise InvalidSettingError(f"{name} holds a number that is not finite")
