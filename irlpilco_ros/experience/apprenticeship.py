@@ -398,9 +398,10 @@ class Apprenticeship:
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        robot, horizon = self._robot, self.task.horizon
+        robot, horizon, limits = self._robot, self.task.horizon, self._robot.acceleration_limits
+        reach = limits * robot.control_period if limits.size else None
         search = self.directory.search_trials(
-            robot.roles, horizon, self.next_index, robot.control_period
+            robot.roles, horizon, self.next_index, robot.control_period, reach
         )
         for bag, error in search.wrong.items():
             self.notes += (self._pass_over(bag, error),)
