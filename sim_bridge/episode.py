@@ -18,6 +18,7 @@ from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
     ActingPolicy,
     Command,
+    Guard,
     Motion,
     MotionStoppedError,
     Trial,
@@ -95,8 +96,11 @@ def run_trial(
     horizon: int,
     dt: float = 0.5,
     each_state: Callable[[], None] | None = None,
+    guard: Guard | None = None,
 ) -> Rollout:
     """Run one trial from where the robot is; arguments and result as `run_episode`.
+
+    A guard looks at the state at every tick.
 
     Raises:
         MotionStoppedError: a check stopped the robot, as it would on the real one.
@@ -111,7 +115,7 @@ def run_trial(
         if each_state is not None:
             each_state()
 
-    outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
+    outcome = _carry_out(robot, Trial(policy, horizon, dt, guard), note)
     if not outcome.succeeded:
         raise MotionStoppedError(outcome.message)
     controls = [mean_command(np.array(each)) for each in sent.values()]

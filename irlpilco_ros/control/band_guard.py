@@ -16,7 +16,7 @@ from irlpilco_ros.learning.joints import Joints
 
 Vector = NDArray[np.float64]
 
-NEAR = 0.01
+NEAR = 0.02
 """A joint this near to where it was expected is never taken for disturbed [rad]."""
 
 

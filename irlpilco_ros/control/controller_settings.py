@@ -110,7 +110,7 @@ class ControllerSettings:
     )
     guard_sigma: float = setting(
         0.0,
-        "A joint that is so many predicted standard deviations (and 0.01 rad) from where it was "
+        "A joint that is so many predicted standard deviations (and 0.02 rad) from where it was "
         "predicted at a tick of a trial stops the robot: something is in its way. 0: it is not "
         "looked at. Try 6.",
         minimum=0.0,
