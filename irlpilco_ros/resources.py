@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from irlpilco_ros.learning.errors import IrlPilcoError
@@ -36,6 +37,31 @@ def recording(name: str) -> Path:
     if not path.is_dir():
         raise MissingResourceError(f"there is no recording {name!r} in {path.parent}")
     return path
+
+
+def named_file(name: str) -> Path:
+    """Return the path of a file that is named by a path, or as package://NAME/FILE.
+
+    The latter is FILE in the share of a ROS package; in a checkout, the files of this package are
+    found as well.
+
+    Raises:
+        MissingResourceError: there is no such package.
+    """
+    if not name.startswith("package://"):
+        return Path(name)
+    package, _, file = name.removeprefix("package://").partition("/")
+    if package == PACKAGE:
+        return config_directory().parent / file
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    shares = [Path(prefix) / "share" / package for prefix in prefixes if prefix]
+    for share in shares:
+        if share.is_dir():
+            return share / file
+    raise MissingResourceError(
+        f"{name}: there is no package {package} in AMENT_PREFIX_PATH; source the workspace that "
+        "has it, or name the file by its path"
+    )
 
 
 def _directory(name: str, contents: str) -> Path:

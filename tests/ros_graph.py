@@ -42,6 +42,9 @@ _SERVED_BY = {"learn_iteration": "learner"}
 # Domains above 101 use ports that Linux hands out to anybody.
 _DOMAINS = range(1, 101)
 
+PATIENCE = 60.0
+"""How long something may take that takes a moment on an idle computer [s]."""
+
 
 class NodeProcess:
     """A node in a process group of its own, its output in a file."""
@@ -75,7 +78,7 @@ class NodeProcess:
         if self.is_alive:
             os.killpg(self.popen.pid, number)
 
-    def wait(self, timeout: float = 15.0) -> int:
+    def wait(self, timeout: float = PATIENCE) -> int:
         """Wait for its end and return the exit code; kills it if it takes longer."""
         try:
             return self.popen.wait(timeout)
@@ -205,7 +208,7 @@ class RosGraph:
         return process
 
     def wait_for_node(
-        self, name: str, process: NodeProcess | None = None, timeout: float = 20.0
+        self, name: str, process: NodeProcess | None = None, timeout: float = PATIENCE
     ) -> None:
         """Wait until a node of this name is on the graph."""
 
@@ -224,10 +227,9 @@ class RosGraph:
         self.wait_for(
             lambda: not any(client.service_is_ready() for client in called),
             f"node {name} to be gone",
-            20.0,
         )
 
-    def wait_for(self, condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:
+    def wait_for(self, condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
         """Poll until the condition holds and return its value; fail at the deadline [s]."""
         deadline = time.monotonic() + timeout
         while True:
@@ -261,7 +263,9 @@ class RosGraph:
         )
         return publisher
 
-    def call_async(self, service_type: type, name: str, request: Any, wait: float = 10.0) -> Any:
+    def call_async(
+        self, service_type: type, name: str, request: Any, wait: float = PATIENCE
+    ) -> Any:
         """Call a service; return the future (`.done()`, `.result()`)."""
         key, is_new = (service_type, name), (service_type, name) not in self._clients
         if is_new:
@@ -283,7 +287,7 @@ class RosGraph:
         if name not in dict(self.node.get_service_names_and_types()):
             return  # a service of a test's own
         probe = self.node.create_client(GetParameters, name)
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             if not probe.wait_for_service(1.0):
                 continue
@@ -294,13 +298,13 @@ class RosGraph:
                 break
         self.node.destroy_client(probe)
 
-    def call(self, service_type: type, name: str, request: Any, timeout: float = 20.0) -> Any:
+    def call(self, service_type: type, name: str, request: Any, timeout: float = PATIENCE) -> Any:
         """Call a service and return its answer."""
         answer = self.call_async(service_type, name, request)
         self.wait_for(answer.done, f"an answer of {name}", timeout)
         return answer.result()
 
-    def trigger(self, name: str, timeout: float = 20.0) -> Trigger.Response:
+    def trigger(self, name: str, timeout: float = PATIENCE) -> Trigger.Response:
         """Call a std_srvs/Trigger and return its answer (.success, .message)."""
         return self.call(Trigger, name, Trigger.Request(), timeout)
 

@@ -19,6 +19,7 @@ sys.path.insert(0, str(ROOT))
 from irlpilco_ros.control.controller_settings import ControllerSettings  # noqa: E402
 from irlpilco_ros.experience.recorder_settings import RecorderSettings  # noqa: E402
 from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
+from irlpilco_ros.kinematics.tools import ToolSettings  # noqa: E402
 from irlpilco_ros.learning.learning_settings import LearningSettings  # noqa: E402
 from irlpilco_ros.learning.settings import Declaration, declarations  # noqa: E402
 from irlpilco_ros.nodes.learner import RunSettings  # noqa: E402
@@ -33,7 +34,7 @@ NAMES = ROOT / "irlpilco_ros" / "ros" / "node_parameters.py"
 SETTINGS: dict[str, tuple[type, ...]] = {
     "demonstration_recorder": (RecorderSettings,),
     "controller": (RobotSettings, ControllerSettings),
-    "learner": (RobotSettings, LearningSettings, RunSettings),
+    "learner": (RobotSettings, LearningSettings, RunSettings, ToolSettings),
     "baxter_simulator": (SimulationSettings,),
     "cart_pole_simulator": (CartPoleSettings,),
     "demonstrator": (DemonstratorSettings,),

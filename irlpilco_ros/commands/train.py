@@ -115,6 +115,8 @@ def learn(
     try:
         for line in learning.about_demonstration():
             print(line, file=sys.stderr)
+        for note in learning.notes:
+            print(note, file=sys.stderr)
         print(metrics_table.header(), flush=True)
         for name, bag in numbers(bags).items():
             prepare(learning)

@@ -34,7 +34,7 @@ class RestToRest:
         share = float(np.max(np.abs(way) / speed, initial=0.0))  # [s] at full speed
         steepest = float(np.max(np.abs(way), initial=0.0))
         # The steepest slope of half a wave of height v over the time b is π v / (2 b).
-        blend = 0.0 if share == 0.0 else 0.5 * pi * steepest / (share * acceleration)
+        blend = 0.0 if share == 0.0 else 0.5 * pi * (steepest / share) / acceleration
         if blend >= share:
             return cls(way, sqrt(0.5 * pi * steepest / acceleration), 0.0)
         return cls(way, blend, share - blend)

@@ -7,6 +7,7 @@ Neither the robot nor ROS is in here: the learner node runs the trials between `
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Callable, Sequence
@@ -34,6 +35,7 @@ from irlpilco_ros.experience.predicted_band import PredictedBand
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
+from irlpilco_ros.experience.speed_demand import too_slow
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.errors import IrlPilcoError
@@ -288,7 +290,7 @@ class Apprenticeship:
         Args:
             progress: Called while learning; what it raises breaks off, and nothing is written.
         """
-        iteration = self._loop.propose(progress)
+        iteration = self._with_note(self._loop.propose(progress))
         parameters = controller_parameters(self.task, iteration.policy, self._robot)
         band = PredictedBand.of(iteration, self._robot.roles)
         if band is not None:
@@ -333,6 +335,14 @@ class Apprenticeship:
         whole = with_path(row, path)
         self.directory.append_metrics(whole)
         return whole
+
+    def _with_note(self, iteration: Iteration) -> Iteration:
+        """Return an iteration with a note if its policy is slower than what it imitates."""
+        note = too_slow(self.task, iteration.policy, self._robot)
+        if note and note not in iteration.notes:
+            iteration = dataclasses.replace(iteration, notes=(*iteration.notes, note))
+            self._loop.last = iteration
+        return iteration
 
     def _last(self, trials: int) -> Iteration | None:
         """Return what was learned from that many trials, or from one less, if anything was."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from irlpilco_ros.experience.joint_state_cdr import JointStateMessage
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, Reading
 
 _NAN = float("nan")
 
@@ -37,7 +37,7 @@ class JointStateColumns:
         self._places = array("q")
         self._rows: dict[tuple[str, ...], _Rows] = {}
 
-    def append(self, place: int, message: JointStateMessage) -> None:
+    def append(self, place: int, message: JointStateMessage | Reading) -> None:
         """Add a message, the one at this place in the bag."""
         names = message.names
         rows = self._rows.setdefault(names, _Rows())
@@ -47,7 +47,10 @@ class JointStateColumns:
             (rows.velocities, message.velocities),
             (rows.commands, message.command),
         ):
-            column.extend(values if len(values) == len(names) else (_NAN,) * len(names))
+            if len(values) == len(names):
+                column.frombytes(np.asarray(values, dtype=float).tobytes())
+            else:
+                column.extend((_NAN,) * len(names))
         self._stamps.append(message.stamp)
         self._places.append(place)
 

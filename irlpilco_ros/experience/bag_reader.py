@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ from irlpilco_ros.experience.bag_metadata import Metadata, read_metadata
 from irlpilco_ros.experience.bag_storage import StorageScan
 from irlpilco_ros.experience.bag_trajectory import Topics, build_trajectory
 from irlpilco_ros.experience.errors import BagError, UnreadableBagError
-from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, decode, decode_ros1
+from irlpilco_ros.experience.joint_state_cdr import JOINT_STATE, StreamReader, decode_ros1
 from irlpilco_ros.experience.trajectory import Trajectory
 
 
@@ -109,13 +109,15 @@ def read_recording(path: Path, full_rate: bool = False) -> Recording:
         BagError: there is no bag, or it is none that can be read.
     """
     bag = open_bag(path)
-    columns: dict[str, JointStateColumns] = {}
+    columns: defaultdict[str, JointStateColumns] = defaultdict(JointStateColumns)
+    readers: defaultdict[str, StreamReader] = defaultdict(StreamReader)
     place = 0
     for scan in bag.scans:
         for message in scan.messages():
             if message.topic.is_full_rate and not full_rate:
                 continue
-            _take(columns.setdefault(message.topic.name, JointStateColumns()), place, message)
+            name = message.topic.name
+            _take(columns[name], readers[name], place, message)
             place += 1
     counts: Counter[BagTopic] = Counter()
     custom: dict[str, str] = {}
@@ -128,7 +130,7 @@ def read_recording(path: Path, full_rate: bool = False) -> Recording:
         counts=counts,
         first=min((scan.first for scan in filled), default=0),
         last=max((scan.last for scan in filled), default=0),
-        joint_states=columns,
+        joint_states=dict(columns),
         custom={**(bag.metadata.custom or {}), **custom},
         torn=tuple(tear for scan in bag.scans for tear in scan.tears),
         damage=tuple(filter(None, [bag.lacking, *(d for scan in bag.scans for d in scan.damage)])),
@@ -236,10 +238,12 @@ def _is_ros1(bag: OpenBag) -> bool:
     return all(scan.path.suffix == ".bag" for scan in bag.scans)
 
 
-def _take(columns: JointStateColumns, place: int, message: BagMessage) -> None:
+def _take(
+    columns: JointStateColumns, reader: StreamReader, place: int, message: BagMessage
+) -> None:
     """Add a message; one that is no JointState is remembered, for it may not be asked for."""
     try:
-        read = decode_ros1 if message.topic.encoding == "ros1" else decode
+        read = decode_ros1 if message.topic.encoding == "ros1" else reader.read
         columns.append(place, read(message.data))
     except BagError as error:
         columns.malformed = columns.malformed or f"message {len(columns) + 1}: {error}"

@@ -114,12 +114,19 @@ class Reading(NamedTuple):
         names: Joints (n).
         positions: As many as are told [rad]; a view of the bytes.
         velocities: As many as are told [rad/s]; a view of the bytes.
+        efforts: As many as are told [N m]; a view of the bytes.
     """
 
     stamp: int
     names: tuple[str, ...]
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    efforts: NDArray[np.float64]
+
+    @property
+    def command(self) -> NDArray[np.float64]:
+        """The commanded values: velocities, else efforts."""
+        return self.velocities if len(self.velocities) else self.efforts
 
 
 @dataclass(frozen=True)
@@ -131,6 +138,7 @@ class _Layout:
     numbers: str
     positions: tuple[int, int]
     velocities: tuple[int, int]
+    efforts: tuple[int, int]
     names: tuple[str, ...]
 
     def fits(self, data: bytes) -> bool:
@@ -149,7 +157,7 @@ class StreamReader:
     """
 
     def __init__(self) -> None:
-        self._known: dict[int, _Layout] = {}
+        self._known: dict[int, _Layout] = {}  # by the length of the message
 
     def read(self, data: bytes) -> Reading:
         """Return stamp, names and values of a JointState in CDR bytes.
@@ -159,6 +167,8 @@ class StreamReader:
         """
         layout = self._known.get(len(data))
         if layout is None or not layout.fits(data):
+            if len(self._known) > _LAYOUTS:
+                self._known.clear()
             layout = self._known[len(data)] = _layout(data, decode(data))
         seconds, rest = layout.stamp.unpack_from(data, _HEADER)
         return Reading(
@@ -166,12 +176,14 @@ class StreamReader:
             layout.names,
             layout.values(data, layout.positions),
             layout.values(data, layout.velocities),
+            layout.values(data, layout.efforts),
         )
 
 
 _HEADER = 4  # bytes that say how the rest is encoded
 _AFTER_STAMP = 12
 _NOTHING = np.empty(0)
+_LAYOUTS = 100  # that are remembered
 
 
 def _layout(data: bytes, message: JointStateMessage) -> _Layout:
@@ -198,7 +210,10 @@ def _layout(data: bytes, message: JointStateMessage) -> _Layout:
         places.append((len(values), offset))
         offset += 8 * len(values)
     stamp = struct.Struct(f"{order}iI")
-    return _Layout(tuple(shared), stamp, f"{order}f8", places[0], places[1], message.names)
+    positions, velocities, efforts = places
+    return _Layout(
+        tuple(shared), stamp, f"{order}f8", positions, velocities, efforts, message.names
+    )
 
 
 def _floats(values: Sequence[float]) -> np.ndarray:

@@ -11,6 +11,7 @@ from irlpilco_ros.experience.bag_writer import DurableBagWriter
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_merging import JointMerger, Received, Silence
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, decode
+from irlpilco_ros.experience.motion import MotionSettings
 from irlpilco_ros.experience.recording_tally import RecordingTally
 from irlpilco_ros.experience.sampling import Sample, Sampler
 
@@ -37,6 +38,7 @@ class LiveRecording:
         command_topic: TopicSource,
         continuous: Sequence[str] = (),
         full_rate: bool = True,
+        motion: MotionSettings | None = None,
     ) -> None:
         """Wait for the first sample.
 
@@ -48,6 +50,7 @@ class LiveRecording:
             command_topic: Topic of the commands.
             continuous: Those of the joints that turn without end.
             full_rate: Whether all joint states and commands are kept beside the samples.
+            motion: What counts as motion; None for the default.
         """
         self.path: Path | None = None
         self.failure = ""
@@ -55,7 +58,7 @@ class LiveRecording:
         self._joints = tuple(joints)
         self._merger = JointMerger(joints, period)
         self._sampler = Sampler(joints, period, all_commands=not full_rate)
-        self._tally = RecordingTally(joints, continuous)
+        self._tally = RecordingTally(joints, continuous, motion)
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)
         self._command_topic = cache(command_topic)

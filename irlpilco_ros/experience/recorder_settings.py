@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
+from irlpilco_ros.experience.motion import MotionSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.settings import check, setting
 
 
 @dataclass(frozen=True)
-class RecorderSettings:
-    """What the recorder records, and where to.
+class RecorderSettings(MotionSettings):
+    """What the recorder records, where to, and what of it a learner will take for the motion.
 
     Raises:
         InvalidSettingError: a value is out of its range, or there is no such folder as the

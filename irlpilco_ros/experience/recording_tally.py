@@ -19,15 +19,22 @@ _JITTER = 0.9  # of their period: states come sooner, too
 class RecordingTally:
     """Counts samples, eight bytes for each, and keeps a trace of the motion of bounded size."""
 
-    def __init__(self, joints: Sequence[str], continuous: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        joints: Sequence[str],
+        continuous: Sequence[str] = (),
+        motion: MotionSettings | None = None,
+    ) -> None:
         """Count nothing yet.
 
         Args:
             joints: Recorded joints (J).
             continuous: Those of them that turn without end.
+            motion: What counts as motion, and whether the rest is left out; None for the default.
         """
         self._joints = tuple(joints)
         self._continuous = tuple(continuous)
+        self._settings = motion or MotionSettings()
         self._observed = array("q")
         self._decided = array("q")
         self._trace = np.empty((_TRACED, 1 + len(self._joints)))
@@ -68,7 +75,7 @@ class RecordingTally:
         """Return the motion that the trace shows, or None if nothing moved."""
         trace = self._trace[: self._traced]
         times, positions = trace[:, 0] / NANOSECONDS, trace[:, 1:]
-        return find_motion(times, positions, self._joints, MotionSettings(), self._continuous)
+        return find_motion(times, positions, self._joints, self._settings, self._continuous)
 
     def summary(self) -> str:
         """Return how many samples there are, how many are missing, and what they show."""
@@ -79,6 +86,13 @@ class RecordingTally:
         if len(stamps) > 1:
             line += f", one every {np.median(np.diff(stamps)) / NANOSECONDS:.3f} s"
         if not len(decided) and len(observed) > 1:
-            motion = self.motion()
-            line += f"; {motion.sentence() if motion else 'nothing moved'}"
+            line += f"; {self._shown()}"
         return line
+
+    def _shown(self) -> str:
+        """Return what is told of a demonstration."""
+        motion = self.motion()
+        if motion is None:
+            return "nothing moved"
+        whole = "" if self._settings.cut_to_motion else "; all of it counts (cut_to_motion is off)"
+        return motion.sentence() + whole

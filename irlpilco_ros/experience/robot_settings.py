@@ -47,7 +47,8 @@ class RobotSettings(MotionSettings):
     continuous_joints: tuple[str, ...] = setting(
         (),
         "Those of `joints` that turn without end: model, policy and features see the sine and "
-        "cosine of their angle.",
+        "cosine of their angle. They may be shown anywhere; motions stop at their position limits "
+        "all the same, so give them some that are never reached, such as 1000.",
     )
     position_lower: tuple[float, ...] = setting(
         (),
@@ -177,7 +178,22 @@ class RobotSettings(MotionSettings):
         return Joints(self.joints, self.unactuated_joints, self.continuous_joints)
 
     def doubts(self) -> tuple[str, ...]:
-        """Return a sentence for each limit that is allowed, but bounds nothing."""
+        """Return a sentence for each limit that is allowed, but is hardly meant."""
+        return (*self._narrow(), *self._boundless())
+
+    def _narrow(self) -> tuple[str, ...]:
+        """Name the joints that turn without end, but not once around within their limits."""
+        turning = [self.joints.index(joint) for joint in self.continuous_joints]
+        return tuple(
+            f"joint {self.joints[joint]} turns without end (continuous_joints), but motions stop "
+            f"at its position limits, [{self.lower[joint]:g}, {self.upper[joint]:g}] rad; give it "
+            "some that it never reaches, such as 1000"
+            for joint in turning
+            if self.upper[joint] - self.lower[joint] < 4.0 * np.pi
+        )
+
+    def _boundless(self) -> tuple[str, ...]:
+        """Name the joints with a velocity limit that bounds nothing."""
         if self.command_interface == "effort":
             return ()
         fast = np.flatnonzero(self.control_limit > FAST)

@@ -5,6 +5,7 @@
                             demonstration.replaced is one that nothing was learned from
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
+        rollouts/NNN.npz    what is learned from a trial, so that its bag need not be read again
         policy_KKK.yaml     its policy, a parameter file of the controller
         best_policy.yaml    a copy of the policy whose trial was the best so far
         metrics.csv         one row for every trial that was judged
@@ -50,6 +51,7 @@ from irlpilco_ros.experience.metrics import (
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
 from irlpilco_ros.experience.private_folder import make_private
 from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.experience.trial_cache import kept_trial
 from irlpilco_ros.experience.trials import TrialSearch, find_trials
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
@@ -91,6 +93,11 @@ class RunDirectory:
     def trials_directory(self) -> Path:
         """Where the recorder puts the trials' bags."""
         return self.path / "trials"
+
+    @property
+    def rollouts_directory(self) -> Path:
+        """Where is kept what is learned from the trials; made anew from their bags."""
+        return self.path / "rollouts"
 
     @property
     def replay_directory(self) -> Path:
@@ -144,9 +151,11 @@ class RunDirectory:
         try:
             make_private(self.trials_directory)
             self.iteration_file(0).parent.mkdir(exist_ok=True)
+            self.rollouts_directory.mkdir(exist_ok=True)
             self._take_lock()
             remove_leftovers(self.path)
             remove_leftovers(self.iteration_file(0).parent)
+            remove_leftovers(self.rollouts_directory)
         except OSError as error:
             self.release()
             raise RunDirectoryError(
@@ -240,12 +249,23 @@ class RunDirectory:
     ) -> Rollout:
         """Return what is learned from the whole trial in a bag; arguments as `Trajectory.trial`.
 
+        A trial of the run is read once: as long as its bag is the same, byte by byte, what was
+        learned from it is taken from `rollouts`.
+
         Raises:
             UnreadableBagError: the bag is not there, is empty or damaged.
             IncompleteTrialError: it holds no whole trial.
             BagError: it lacks a joint, or is none of this robot's.
         """
-        return self.read_path(bag).trial(joints, horizon, period, smooth=True)
+
+        def read() -> Rollout:
+            return self.read_path(bag).trial(joints, horizon, period, smooth=True)
+
+        if bag.parent != self.trials_directory:
+            return read()
+        how = repr((self._how_to_read(), joints, horizon, period))
+        kept = self.rollouts_directory / f"{bag.name}.npz"
+        return kept_trial(kept, bag, how, read, keep=self._lock is not None)
 
     def read_path(self, bag: Path) -> Trajectory:
         """Return all that a bag of the run tells of the motion; errors as `read_bag`."""

@@ -214,15 +214,24 @@ def _on_ticks(
         begin, end = motion.begin, motion.end
     begin, horizon = _extent(begin, end, float(times[-1]), wanted, motion)
     ticks = begin + wanted.period * np.arange(horizon + 1.0)
-    places = unwrapped(samples.positions, samples.joint_names, wanted.joints.continuous)
-    states = resample(times, places, samples.velocities, ticks)
-    smooth = smoothed_states(times, places, samples.velocities, ticks)
-    states = np.where(np.isfinite(smooth), smooth, states)
+    states = states_at(samples, ticks, wanted.joints)
     left = end - ticks[-1]
     if left > _ROUNDING * wanted.period:
         notes = (*notes, f"its last {left:.2f} s, less than a control_period, are left out")
     controls = np.full((horizon, len(wanted.joints.commanded)), np.nan)
     return ShownMotion(Rollout(states, controls), samples, motion, begin, notes)
+
+
+def states_at(samples: Trajectory, ticks: np.ndarray, joints: Joints) -> np.ndarray:
+    """Return the states (m, 2J) at times (m,) since the first sample [s].
+
+    By all samples around a tick where they are dense enough, else by those beside it.
+    """
+    times = samples.stamps - samples.stamps[0]
+    places = unwrapped(samples.positions, samples.joint_names, joints.continuous)
+    states = resample(times, places, samples.velocities, ticks)
+    smooth = smoothed_states(times, places, samples.velocities, ticks)
+    return np.where(np.isfinite(smooth), smooth, states)
 
 
 def _extent(

@@ -46,3 +46,19 @@ def smoothed_states(times: Array, positions: Array, velocities: Array, ticks: Ar
         found = np.linalg.lstsq(design, seen, rcond=None)[0]
         states[row, :joints], states[row, joints:] = found[0], found[1] / WINDOW
     return states
+
+
+def slopes(times: Array, values: Array) -> Array:
+    """Return how fast values (n, J) change at their times (n,), rising [s].
+
+    By the slope of a least-squares cubic through the values around each; where they are too few,
+    by the differences to its neighbours.
+    """
+    found: Array = np.gradient(values, times, axis=0) if len(times) > 1 else np.zeros_like(values)
+    for row, time in enumerate(times):
+        near = np.flatnonzero(np.abs(times - time) <= WINDOW)
+        if len(near) >= _FEWEST:
+            t = (times[near] - time) / WINDOW
+            design = np.stack([np.ones_like(t), t, t**2, t**3], axis=1)
+            found[row] = np.linalg.lstsq(design, values[near], rcond=None)[0][1] / WINDOW
+    return found

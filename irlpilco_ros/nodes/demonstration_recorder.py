@@ -127,6 +127,7 @@ class DemonstrationRecorder(SuiteNode):
             lambda: joint_state_topic(self, self._commands.topic_name),
             settings.continuous_joints,
             settings.full_rate,
+            settings,
         )
         self._watcher = self.create_timer(
             settings.control_period,
@@ -237,7 +238,7 @@ class DemonstrationRecorder(SuiteNode):
 
     def _received(self, data: bytes, info: Info) -> Received:
         came = self._wall.mended(info["received_timestamp"])
-        return Received(*self._reader.read(data), data, came, info["source_timestamp"])
+        return Received(*self._reader.read(data)[:4], data, came, info["source_timestamp"])
 
     def _tell_progress(self, recording: LiveRecording) -> None:
         """Tell /diagnostics at once of samples and of the end."""

@@ -28,6 +28,7 @@ from irlpilco_ros.experience.apprenticeship import (
 from irlpilco_ros.experience.errors import UnfitDemonstrationError
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -103,6 +104,7 @@ class Learner(SuiteNode):
         for doubt in self._robot.doubts():
             self.get_logger().warning(doubt)
         self._settings = declare_settings(self, LearningSettings)
+        self._tools = declare_settings(self, ToolSettings)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration
         )
@@ -244,6 +246,8 @@ class Learner(SuiteNode):
         """Learn from all trials so far, try it on the robot, and see how well it went."""
         self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
         plan: Plan = await self._compute(lambda: run.prepare(self._take_progress))
+        for note in plan.iteration.notes:
+            self.get_logger().warning(f"iteration {plan.iteration.index}: {note}")
         if plan.iteration.index > 0:
             self._prediction_publisher.publish(
                 predicted_trajectory(plan.iteration, self._robot, self.get_clock().now().to_msg())

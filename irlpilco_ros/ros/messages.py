@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Sequence
 
 from builtin_interfaces.msg import Time
-from sensor_msgs.msg import JointState
 
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
@@ -35,24 +33,3 @@ def clock_time(data: bytes) -> int:
         raise BagError(f"{len(data)} bytes are no rosgraph_msgs/Clock")
     seconds, rest = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
     return int(seconds) * NANOSECONDS + int(rest)
-
-
-def joint_command(
-    stamp: int, names: Sequence[str], values: Iterable[float], interface: str = "velocity"
-) -> JointState:
-    """Return a joint_command.
-
-    Args:
-        stamp: Stamp of the joint state on which the command was decided [ns].
-        names: Joints.
-        values: One velocity [rad/s] or effort [Nm] per joint.
-        interface: "velocity" or "effort".
-    """
-    message = JointState(name=list(names))
-    message.header.stamp = time_message(stamp)
-    numbers = [float(value) for value in values]
-    if interface == "effort":
-        message.effort = numbers
-    else:
-        message.velocity = numbers
-    return message

@@ -118,7 +118,15 @@ class SuiteNode(Node):  # type: ignore[misc]
             raise InvalidSettingError(f"parameter {name} does not exist; {hint}")
         if parameter.type_ == Parameter.Type.NOT_SET:
             raise InvalidSettingError(f"parameter {name} cannot be deleted")
-        return as_declared(parameter, Parameter.Type(self.describe_parameter(name).type))
+        descriptor = self.describe_parameter(name)
+        meant_as = as_declared(parameter, Parameter.Type(descriptor.type))
+        for bounds in (*descriptor.floating_point_range, *descriptor.integer_range):
+            if not bounds.from_value <= meant_as.value <= bounds.to_value:
+                raise InvalidSettingError(
+                    f"parameter {name} is {meant_as.value!r}; expected "
+                    f"{descriptor.additional_constraints}"
+                )
+        return meant_as
 
     def _is_change(self, parameter: Parameter) -> bool:
         if not self.describe_parameter(parameter.name).read_only:

@@ -64,7 +64,7 @@ def test_each_is_in_a_process_group_of_its_own(start):
 def test_a_death_is_told_with_name_code_and_log(start):
     nodes, begin = start
     node = begin("camera", FAILING)
-    node.process.wait(10.0)
+    node.process.wait(60.0)
     with pytest.raises(
         NodeDiedError, match=r"camera ended with exit code 3[^$]*cannot find the arm"
     ):
@@ -75,7 +75,7 @@ def test_a_kill_is_told_by_the_signals_name(start):
     nodes, begin = start
     node = begin("victim", PATIENT)
     os.killpg(node.process.pid, signal.SIGKILL)
-    node.process.wait(10.0)
+    node.process.wait(60.0)
     with pytest.raises(NodeDiedError, match="victim ended with signal SIGKILL"):
         nodes.check()
 

@@ -51,7 +51,7 @@ class Robot:
             module, parameters=parameters, files=[self.file], namespace="/robot", wait=False
         )
 
-    def sweep(self, *words, timeout=60.0):
+    def sweep(self, *words, timeout=180.0):
         """Start the command."""
         program = PROGRAM.format(timeout=timeout)
         words = ("--iterations", "1", "--namespace", "/robot", *words)
@@ -64,7 +64,7 @@ def robot(ros, tmp_path, repository):
     return Robot(ros, tmp_path, repository)
 
 
-def fails(process, *said, timeout=60.0):
+def fails(process, *said, timeout=180.0):
     """The command ends with exit code 1 and one sentence that says all this."""
     process.expected_code = 1
     process.wait(timeout)
@@ -79,7 +79,7 @@ def test_it_waits_for_the_nodes_does_it_all_and_goes_on_when_called_again(robot)
     first = robot.sweep()
     for module in reversed(NODES):
         robot.start(module)
-    assert first.wait(180.0) == 0
+    assert first.wait(300.0) == 0
     assert "demonstration: " in first.output
     assert "\niteration 1: " in first.output
     assert first.output.splitlines()[-1].startswith("report: ")
@@ -87,7 +87,7 @@ def test_it_waits_for_the_nodes_does_it_all_and_goes_on_when_called_again(robot)
     recorded = {path: path.read_bytes() for path in robot.run.path.rglob("*.mcap")}
 
     second = robot.sweep()
-    assert second.wait(180.0) == 0
+    assert second.wait(300.0) == 0
     assert "demonstration: " not in second.output
     assert [row.iteration for row in robot.run.metrics()] == [0, 1, 2]
     assert list(bag.parent.iterdir()) == [bag]
@@ -128,7 +128,7 @@ def test_an_iteration_that_fails_ends_it_with_the_reason(robot):
         if module.endswith("controller"):
             controller = process
     sweep = robot.sweep()
-    robot.graph.wait_for(lambda: "iteration 0, trial" in sweep.output, "a trial", 90.0)
+    robot.graph.wait_for(lambda: "iteration 0, trial" in sweep.output, "a trial", 180.0)
     controller.send(signal.SIGKILL)
     controller.expected_code = None
     assert fails(sweep, "learn_iteration refused", "controller/run_trial")

@@ -64,6 +64,17 @@ def test_an_iteration_that_predicts_much_worse_says_so(
     assert "searched again from the policy of iteration 1" in note
 
 
+def test_a_policy_slower_than_its_demonstration_is_told_of(recorded, files, tmp_path, capsys):
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(
+        toy_robot.ROBOT_FILE.replace("velocity_limit: [1.0,", "velocity_limit: [0.33,")
+    )
+    assert train(recorded, tmp_path / "out", ["--robot", str(robot), *files[2:]]) == 0
+    notes = [line for line in capsys.readouterr().out.splitlines() if "slower than" in line]
+    assert [note.split(":")[0] for note in notes] == ["iteration 0", "iteration 1", "iteration 2"]
+    assert "shoulder at 0.35 rad/s, where it may go 0.33; it stays behind there" in notes[-1]
+
+
 def test_a_learner_can_go_on_with_the_result(recorded, files, tmp_path):
     train(recorded, tmp_path / "out", files)
     run = Apprenticeship.open(tmp_path / "out", None, toy_robot.ROBOT, SETTINGS)

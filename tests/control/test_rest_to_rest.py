@@ -38,5 +38,7 @@ def test_a_long_way_goes_at_full_speed_and_a_short_one_at_full_acceleration():
     assert 0.0 < short.velocities(short.blend)[0] < 0.4
 
 
-def test_no_way_takes_no_time():
+def test_no_way_takes_no_time_and_next_to_none_is_gone():
+    next_to_none = RestToRest.within(np.array([5e-324, 0.0]), SPEED, 0.25)
+    assert next_to_none.duration < 1e-6
     assert RestToRest.within(np.zeros(2), SPEED, 2.0).duration == 0.0

@@ -34,6 +34,8 @@ def test_the_stream_reader_reads_what_decoding_reads(stream):
             assert reading[:2] == (message.stamp, message.names)
             assert tuple(reading.positions) == message.positions
             assert tuple(reading.velocities) == message.velocities
+            assert tuple(reading.efforts) == message.efforts
+            assert tuple(reading.command) == message.command
 
 
 def test_names_that_change_within_the_same_length_are_noticed():

@@ -19,6 +19,7 @@ from irlpilco_ros.experience.bag_reader import read_bag, read_path, read_recordi
 from irlpilco_ros.experience.joint_merging import Received
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, StreamReader, encode
 from irlpilco_ros.experience.live_recording import LiveRecording
+from irlpilco_ros.experience.motion import MotionSettings
 
 JOINTS = ("elbow", "wrist")
 START = 7_000_000_000
@@ -35,7 +36,7 @@ def recording(tmp_path):
 def received(step: float, joints=JOINTS, **values) -> Received:
     stamp = START + round(step * PERIOD)
     data = encode(JointStateMessage(stamp, joints, **values))
-    return Received(*StreamReader().read(data), data, received=stamp + 5, sent=stamp + 1)
+    return Received(*StreamReader().read(data)[:4], data, received=stamp + 5, sent=stamp + 1)
 
 
 def state(step: float, joints=JOINTS) -> Received:
@@ -241,6 +242,26 @@ def test_what_is_said_of_the_motion_comes_from_every_state(recording):
         [float(each) for each in found.groups()], [8.1, 1.9, 10.0], atol=0.21
     )
     assert said.endswith("first joint to move: elbow, last: elbow")
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (MotionSettings(motion_distance=5.0), "nothing moved"),
+        (MotionSettings(cut_to_motion=False), "; all of it counts (cut_to_motion is off)"),
+    ],
+)
+def test_what_is_said_of_the_motion_is_what_a_learner_with_these_settings_takes(
+    tmp_path, settings, said
+):
+    recording = LiveRecording(
+        tmp_path, JOINTS, PERIOD, lambda: STATES, lambda: COMMANDS, motion=settings
+    )
+    for step in range(300):
+        way = 0.1 * np.clip(0.01 * step - 1.0, 0.0, 1.0)
+        recording.take_state(received(0.1 * step, positions=(way, 0.2)))
+    recording.close()
+    assert said in recording.outcome()[1]
 
 
 def test_a_long_recording_costs_little_memory_and_its_end_little_time(tmp_path, monkeypatch):

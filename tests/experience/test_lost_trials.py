@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 
+import numpy as np
 import pytest
 import toy_robot
 from example_trajectories import torn_bag
@@ -14,6 +15,7 @@ from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.inspect import inspect
+from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
 SETTINGS = LearningSettings(evaluations=8, options={"linear_phase.count": 3})
@@ -143,6 +145,49 @@ def test_a_run_is_reopened_by_reading_each_judged_trial_once(copy, reopen):
         assert opened.count(f"/trials/00{k}/00{k}_0.mcap") == 1
         assert opened.count(f"/policy_00{k}.yaml") == 0
     assert opened.count("/config.yaml") <= 2
+
+
+def test_what_is_learned_from_a_long_run_is_kept_and_its_bags_are_not_read_again(
+    copy, reopen, monkeypatch
+):
+    before = read_rollouts(reopen())
+    assert sorted(each.name for each in (copy / "rollouts").iterdir()) == [
+        "000.npz",
+        "001.npz",
+        "002.npz",
+    ]
+    monkeypatch.setattr(RunDirectory, "read_path", unwanted)
+    for left, right in zip(read_rollouts(reopen()), before, strict=True):
+        np.testing.assert_array_equal(left.states, right.states)
+        np.testing.assert_array_equal(left.controls, right.controls)
+
+
+def unwanted(*_):
+    raise AssertionError("a bag was read")
+
+
+def read_rollouts(run):
+    return run._loop.trials
+
+
+@pytest.mark.parametrize("spoil", ["gone", "empty", "of another trial", "damaged"])
+def test_what_is_kept_of_a_trial_is_made_anew_if_it_is_not_that_trial(copy, reopen, spoil):
+    before = read_rollouts(reopen())
+    kept = copy / "rollouts" / "001.npz"
+    content = bytearray(kept.read_bytes())
+    if spoil == "gone":
+        kept.unlink()
+    elif spoil == "empty":
+        kept.write_bytes(b"")
+    elif spoil == "of another trial":
+        shutil.copy(copy / "rollouts" / "002.npz", kept)
+    else:
+        content[len(content) // 2] ^= 1
+        kept.write_bytes(content)
+    run = reopen()
+    assert run.notes == ()
+    np.testing.assert_array_equal(read_rollouts(run)[1].states, before[1].states)
+    np.testing.assert_array_equal(np.load(kept)["states"], before[1].states)
 
 
 def test_samples_are_what_they_were_after_all_this(copy, finished):

@@ -64,3 +64,11 @@ def test_a_velocity_limit_that_bounds_nothing_is_doubted_or_refused():
     assert ROBOT.doubts() == ()
     with pytest.raises(InvalidSettingError, match=r"expected at most 10000\.0 \[rad/s\]"):
         dataclasses.replace(ROBOT, velocity_limit=(1.5, 1e6))
+
+
+def test_a_joint_that_turns_without_end_needs_limits_that_it_never_reaches():
+    turning = dataclasses.replace(ROBOT, continuous_joints=("wrist",))
+    [doubt] = turning.doubts()
+    assert doubt.startswith("joint wrist turns without end (continuous_joints), but motions stop")
+    wide = dataclasses.replace(turning, position_lower=(-1.0, -1e3), position_upper=(1.0, 1e3))
+    assert wide.doubts() == ()

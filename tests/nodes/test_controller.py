@@ -258,7 +258,7 @@ def test_a_second_motion_is_refused_as_busy(graph, robot):
     answer = begin_trial(graph, robot, MOVING)
     assert graph.set_parameters("controller", {"start_position": [0.0, 0.0]}).successful
     for service in ("controller/run_trial", "controller/move_to_start"):
-        second = graph.trigger(service, timeout=1.0)
+        second = graph.trigger(service)
         assert not second.success
         assert "busy: trial is going on" in second.message
     assert not answer.done()

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from joint_commands import joint_command
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
@@ -19,7 +20,7 @@ from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
 from irlpilco_ros.learning.joints import Joints
-from irlpilco_ros.ros.messages import joint_command, time_message
+from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import JOINT_STATES_PUB
 
 pytestmark = pytest.mark.dds

@@ -79,7 +79,7 @@ def test_a_foreign_command_with_our_own_stamp_ends_the_trial(graph, robot, stran
     stamp = nanoseconds(robot.commands[-1].header.stamp)
     publisher.publish(encode(command(stamp, -0.1, 0.2)))
     reason = "somebody else commanded the robot: elbow -0.1, wrist 0.2 on joint_command"
-    graph.wait_for(answer.done, "the answer", 3.0)
+    graph.wait_for(answer.done, "the answer")
     assert not answer.result().success
     assert reason in answer.result().message
     assert f"/joint_command is published by /{graph.node.get_name()}" in answer.result().message
@@ -89,7 +89,7 @@ def test_a_foreign_command_with_our_own_stamp_ends_the_trial(graph, robot, stran
 def test_bytes_that_are_no_command_are_foreign_too(graph, robot, stranger):
     answer = begin_trial(graph, robot, MOVING)
     stranger().publish(b"\0\1\0\0garbage...")
-    graph.wait_for(answer.done, "the answer", 3.0)
+    graph.wait_for(answer.done, "the answer")
     assert "somebody else commanded the robot" in answer.result().message
     assert "bytes are no sensor_msgs/msg/JointState" in answer.result().message
 
@@ -143,9 +143,9 @@ def test_a_second_controller_is_told_by_both_and_neither_moves(ros):
         ros.wait_for(lambda: len(robot.states) > 5, "states")
         second = ros.start(CONTROLLER, parameters={**ROBOT, **MOVING}, wait=False)
         sentence = "there is a second node /controller"
-        ros.wait_for(lambda: is_told(heard, sentence, TOLD), "a warning", 20.0)
+        ros.wait_for(lambda: is_told(heard, sentence, TOLD), "a warning")
         for process in (first, second):
-            ros.wait_for(lambda process=process: sentence in process.output, "a log", 20.0)
+            ros.wait_for(lambda process=process: sentence in process.output, "a log")
         answer = ros.trigger("controller/run_trial")
         assert not answer.success
         assert sentence in answer.message

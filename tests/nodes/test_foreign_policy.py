@@ -40,7 +40,7 @@ def test_learner_policy_file_and_controller(ros, tmp_path):
         )
         ros.start("irlpilco_ros.nodes.learner", files=[robot_file], parameters=learning)
         for _ in range(2):
-            answer = ros.trigger("learn_iteration", timeout=60.0)
+            answer = ros.trigger("learn_iteration")
             assert answer.success, answer.message
         rows = RunDirectory(tmp_path / "run").metrics()
         assert rows[-1].rmse_rad < rows[0].rmse_rad / 3
@@ -52,7 +52,7 @@ def test_learner_policy_file_and_controller(ros, tmp_path):
         controller.stop()
         ros.start(CONTROLLER, files=[file])
         ros.wait_for(  # until it has heard of the robot
-            lambda: ros.trigger("controller/move_to_start", timeout=30.0).success, "the start", 30.0
+            lambda: ros.trigger("controller/move_to_start").success, "the start"
         )
-        answer = ros.trigger("controller/run_trial", timeout=30.0)
+        answer = ros.trigger("controller/run_trial")
         assert answer.success, answer.message

@@ -234,6 +234,8 @@ def test_a_failure_is_told_and_the_next_call_goes_on(place, service, reason):
     assert not failed.success
     assert reason in failed.message
     assert place.run.metrics_file.read_text() == before
+    recorder = place.robot.parameters["demonstration_recorder"]
+    assert recorder["output_directory"] == "recordings", "it is as it was"
     again = place.learn()
     assert again.message.startswith(f"iteration {following}: ")
 
@@ -266,6 +268,18 @@ def test_without_a_demonstration_it_says_what_to_do(shared_ros, bag, tmp_path):
     assert "set the learner's parameter `demonstration`" in refused.message
     assert shared_ros.set_parameters("/second/learner", {"demonstration": str(bag)}).successful
     assert place.learn().success
+
+
+def test_a_policy_slower_than_its_demonstration_is_told_of_at_hand_over(shared_ros, bag, tmp_path):
+    slow = {"velocity_limit": [0.33, 1.0], "demonstration": str(bag)}
+    place = Workplace(shared_ros, tmp_path, "/slow", **slow)
+    place.robot.refuse["controller/run_trial"] = "not today"
+    assert not place.learn().success
+    assert (
+        "iteration 0: the policy is slower than its demonstration needs: shoulder at 0.35 rad/s"
+        in (place.learner.output)
+    )
+    assert "the policy is slower" in place.learn().message
 
 
 def test_without_a_robot_it_says_which_node_is_missing(shared_ros, bag, tmp_path):

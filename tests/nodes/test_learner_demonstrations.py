@@ -46,7 +46,7 @@ def test_a_refused_demonstration_leaves_the_run_and_the_next_one_is_taken(
     assert not place.run.path.exists()
     good = toy_robot.record_demonstration(tmp_path / "good")
     assert set_demonstration(place, good).successful
-    answer = shared_ros.trigger(f"{namespace}/learn_iteration", 60.0)
+    answer = shared_ros.trigger(f"{namespace}/learn_iteration")
     assert answer.success, answer.message
     assert place.robot.parameters["controller"]["trial_horizon"] == toy_robot.HORIZON
 
@@ -58,9 +58,9 @@ def test_until_a_trial_was_recorded_another_demonstration_is_taken(shared_ros, t
     )
     place.robot.refuse["controller/move_to_start"] = "not today"
     assert set_demonstration(place, first).successful
-    assert "not today" in shared_ros.trigger("/another/learn_iteration", 60.0).message
+    assert "not today" in shared_ros.trigger("/another/learn_iteration").message
     assert set_demonstration(place, second).successful
-    assert shared_ros.trigger("/another/learn_iteration", 60.0).success
+    assert shared_ros.trigger("/another/learn_iteration").success
     taken = place.run.path / "demonstration"
     np.testing.assert_array_equal(read_bag(taken).positions, read_bag(second).positions)
     kept = place.run.path / "demonstration.replaced"
@@ -68,7 +68,7 @@ def test_until_a_trial_was_recorded_another_demonstration_is_taken(shared_ros, t
     refused = set_demonstration(place, third)
     assert not refused.successful
     assert "was begun with another demonstration" in refused.reason
-    assert shared_ros.trigger("/another/learn_iteration", 60.0).success
+    assert shared_ros.trigger("/another/learn_iteration").success
 
 
 def test_a_wrong_demonstration_is_refused_at_the_start(shared_ros, tmp_path):
@@ -96,7 +96,7 @@ def test_a_run_with_a_wrong_demonstration_and_no_trial_waits_for_another(shared_
     )
     good = toy_robot.record_demonstration(tmp_path / "good")
     assert set_demonstration(place, good).successful
-    answer = shared_ros.trigger("/waiting/learn_iteration", 60.0)
+    answer = shared_ros.trigger("/waiting/learn_iteration")
     assert answer.success, answer.message
 
 

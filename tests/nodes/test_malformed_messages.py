@@ -65,9 +65,9 @@ def test_no_bytes_end_a_node(ros, tmp_path, module, name, topic):
             publisher.publish(payload)
         return "a message is passed over" in node.output or not node.is_alive
 
-    ros.wait_for(say_all_is_passed_over, "a word about the messages", 30.0)
+    ros.wait_for(say_all_is_passed_over, "a word about the messages")
     assert node.is_alive, node.output
     assert ros.get_parameter(name, "use_sim_time") is False  # it answers
     assert "is no JointState" in node.output or "are no sensor_msgs/msg/JointState" in node.output
     if recording is not None:
-        ros.wait_for(recording.done, "an answer of start", 20.0)
+        ros.wait_for(recording.done, "an answer of start")

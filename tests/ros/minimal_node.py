@@ -25,6 +25,7 @@ class MinimalSettings:
     mode: str = setting("slow", "A mode.", choices=("slow", "fast"))
     limits: tuple[float, ...] = setting((), "Some limits.", unit="rad", minimum=0.0)
     fixed: bool = setting(False, "Cannot be changed.", read_only=True)
+    dawdling: float = setting(1.0, "How long dawdle takes.", unit="s")
 
     def __post_init__(self) -> None:
         check(self)
@@ -35,6 +36,7 @@ class MinimalNode(SuiteNode):
         super().__init__("minimal", declarations(MinimalSettings))
         self.settings = declare_settings(self, MinimalSettings, apply=self._apply)
         self.health = Health(self)
+        self.warnings = 0
         self.clients_of_others = Clients(self)
         self.last_words = self.create_publisher(String, "last_words", 10)
         group = ReentrantCallbackGroup()
@@ -63,7 +65,8 @@ class MinimalNode(SuiteNode):
         return response
 
     def _warn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.health.report(WARN, "getting warm")
+        self.warnings += 1
+        self.health.report(WARN, f"getting warm ({self.warnings})")
         response.success = True
         return response
 
@@ -90,7 +93,7 @@ class MinimalNode(SuiteNode):
         return response
 
     async def _dawdle(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        await self.clients_of_others.sleep(1.0)
+        await self.clients_of_others.sleep(self.settings.dawdling)
         response.success = True
         return response
 

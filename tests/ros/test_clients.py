@@ -20,7 +20,10 @@ MINIMAL = str(Path(__file__).with_name("minimal_node.py"))
 
 @pytest.fixture(scope="module")
 def graph(shared_ros):
-    shared_ros.run([sys.executable, MINIMAL, "--ros-args", "-p", "gain:=2.5"], "minimal.log")
+    shared_ros.run(
+        [sys.executable, MINIMAL, "--ros-args", "-p", "gain:=2.5", "-p", "dawdling:=20.0"],
+        "minimal.log",
+    )
     shared_ros.wait_for_node("minimal")
     return shared_ros
 
@@ -50,7 +53,7 @@ def test_an_answer_that_does_not_come_in_time_is_an_error_and_the_node_stays_res
     assert graph.trigger("minimal/settings").success
     assert not waiting.done()
     graph.wait_for(waiting.done, "the answer")
-    assert time.monotonic() - began < 0.9
+    assert time.monotonic() - began < 15.0
     assert "minimal/dawdle did not answer within 0.3 s" in waiting.result().message
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +18,22 @@ def test_health_comes_at_1_hz_on_a_steady_clock_and_at_once_on_a_change(ros):
     arguments = ["-p", "use_sim_time:=true", "-r", "__ns:=/robot"]
     ros.run([sys.executable, MINIMAL, "--ros-args", *arguments])
     heard = ros.listen(DiagnosticArray, "/diagnostics", publishers=1)
-    ros.wait_for(lambda: len(heard.messages) >= 3, "three reports")
-    np.testing.assert_allclose(np.diff(heard.arrivals)[1:], 1.0, atol=0.3)
+    ros.wait_for(lambda: len(heard.messages) >= 5, "five reports")
+    gaps = np.diff(heard.arrivals)[1:]  # what a busy computer makes longer, it makes shorter next
+    assert 0.7 < gaps.mean() < 2.0
     status = heard.messages[-1].status[0]
     assert status.name == "robot/minimal"
     assert (status.level, status.message) == (DiagnosticStatus.OK, "ready")
     assert [(pair.key, pair.value) for pair in status.values] == [("answer", "42")]
 
+    def warnings():
+        statuses = [status for message in heard.messages for status in message.status]
+        return [each.message for each in statuses if each.level == DiagnosticStatus.WARN]
+
     heard.clear()
-    ros.trigger("/robot/minimal/warn")
-    ros.wait_for(lambda: heard.messages, "the change", timeout=0.3)
-    status = heard.messages[0].status[0]
-    assert (status.level, status.message) == (DiagnosticStatus.WARN, "getting warm")
+    began = time.monotonic()
+    for number in range(20):
+        ros.trigger("/robot/minimal/warn")
+        ros.wait_for(lambda last=number: len(set(warnings())) > last, "the change")
+    assert time.monotonic() - began < 10.0, "none of them waited for its second to be over"
+    assert warnings()[0] == "getting warm (1)"

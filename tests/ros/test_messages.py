@@ -11,7 +11,6 @@ from rosgraph_msgs.msg import Clock
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.ros.messages import (
     clock_time,
-    joint_command,
     nanoseconds,
     time_message,
 )
@@ -20,15 +19,6 @@ from irlpilco_ros.ros.messages import (
 @given(st.integers(0, 2**31 * 10**9 - 1))
 def test_stamps_come_back_to_the_nanosecond(stamp):
     assert nanoseconds(time_message(stamp)) == stamp
-
-
-def test_commands_fill_the_field_of_their_interface():
-    velocity = joint_command(5, ("a", "b"), (0.1, 0.2))
-    effort = joint_command(5, ("a", "b"), (0.1, 0.2), "effort")
-    assert (list(velocity.velocity), list(velocity.effort)) == ([0.1, 0.2], [])
-    assert (list(effort.velocity), list(effort.effort)) == ([], [0.1, 0.2])
-    for message in (velocity, effort):
-        assert nanoseconds(message.header.stamp) == 5
 
 
 @settings(deadline=None)

@@ -50,14 +50,16 @@ def test_values_of_the_start_arrive(graph):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"gain": 6.0}, "out of range"),
+        ({"gain": 6.0}, "parameter gain is 6.0; expected at least 0.0; at most 5.0"),
+        ({"gain": float("nan")}, "parameter gain is nan; expected at least 0.0; at most 5.0"),
+        ({"count": 0}, "parameter count is 0; expected at least 1"),
         ({"gain": "high"}, "gain is 'high' (string); expected a number"),
         ({"mode": "loud"}, "valid values: slow, fast"),
         ({"limits": [1.0, -1.0]}, "expected at least 0.0 [rad]"),
         ({"limits": [1.0, float("nan")]}, "expected a finite number"),
         ({"fixed": True}, "fixed is read-only: it is False as long as minimal runs"),
         ({"limit": [1.0]}, "parameter limit does not exist; is limits meant?"),
-        ({"zzz": 1}, "those of minimal are: count, fixed, gain, limits, mode,"),
+        ({"zzz": 1}, "those of minimal are: count, dawdling, fixed, gain, limits, mode,"),
     ],
 )
 def test_a_refused_change_gives_the_reason_and_changes_nothing(graph, change, reason):

@@ -37,7 +37,7 @@ def test_a_signal_ends_the_node_after_its_last_message(ros, number):
     words = listen_to_last_words(ros)
     began = time.monotonic()
     assert process.stop(number) == 0
-    assert time.monotonic() - began < 3.0
+    assert time.monotonic() - began < 10.0
     ros.wait_for(lambda: words.messages, "the last words")
     assert [message.data for message in words.messages] == ["farewell"]
 

@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from joint_commands import joint_command
 from rclpy.executors import SingleThreadedExecutor
 from ros_graph import RosGraph
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from irlpilco_ros.ros.messages import joint_command, nanoseconds
+from irlpilco_ros.ros.messages import nanoseconds
 from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.baxter_simulator_node import BaxterSimulatorNode
@@ -143,7 +144,7 @@ class Answerer:
     def collect(self, ros: RosGraph, count: int) -> np.ndarray:
         """Answer so many states and return them."""
         self.states, self.wanted = [], count
-        ros.wait_for(lambda: len(self.states) >= count, f"{count} states", 20.0)
+        ros.wait_for(lambda: len(self.states) >= count, f"{count} states")
         return np.array(self.states)
 
 
@@ -252,7 +253,7 @@ def test_viewer_without_a_display_is_refused(ros: RosGraph) -> None:
         ros.environment.pop(name, None)
     process = ros.start(NODE, parameters={"viewer": True}, wait=False)
     process.expected_code = 1
-    assert process.wait(30.0) == 1
+    assert process.wait() == 1
     assert "error: the viewer needs a display" in process.output
     assert "Traceback" not in process.output
 
@@ -260,7 +261,7 @@ def test_viewer_without_a_display_is_refused(ros: RosGraph) -> None:
 def test_a_wrong_parameter_is_refused(ros: RosGraph) -> None:
     process = ros.start(NODE, parameters={"speed_factor": [1.0, 1.0]}, wait=False)
     process.expected_code = 1
-    assert process.wait(30.0) == 1
+    assert process.wait() == 1
     assert "speed_factor has 2 values; expected 1" in process.output
 
 

@@ -27,12 +27,12 @@ def test_plays_the_sweep_in_lockstep(ros: RosGraph) -> None:
     assert not refused.success
     assert "call demonstrator/move_to_start first" in refused.message
 
-    moved = ros.trigger("demonstrator/move_to_start", 30.0)
+    moved = ros.trigger("demonstrator/move_to_start")
     assert moved.success, moved.message
 
     listener = ros.listen(JointState, "joint_states", EVERY_STATE, publishers=1)
     ros.wait_for(lambda: len(listener.messages) > 1, "joint states")
-    played = ros.trigger("demonstrator/play", 30.0)
+    played = ros.trigger("demonstrator/play")
     assert played.success, played.message
     assert ros.node.count_publishers("joint_command") == 0, "a person does not command"
 
@@ -66,7 +66,7 @@ def test_plays_in_real_time_from_a_file(ros: RosGraph, tmp_path) -> None:
     # Asked before that, `play` might be taken first, and make this call the one that is refused.
     ros.wait_for(lambda: guided.messages or moving.done(), "the way to the start")
     assert ros.trigger("demonstrator/play").message == "busy: move_to_start is under way"
-    ros.wait_for(moving.done, "the start", 30.0)
+    ros.wait_for(moving.done, "the start")
     assert moving.result().success, moving.result().message
     listener = ros.listen(JointState, "joint_states", EVERY_STATE, publishers=1)
     assert ros.trigger("demonstrator/play").success
@@ -88,5 +88,5 @@ def test_unreadable_motion_ends_it(ros: RosGraph) -> None:
         "sim_bridge.demonstrator_node", parameters={"motion_file": "/nowhere.yaml"}, wait=False
     )
     process.expected_code = 1
-    assert process.wait(30.0) == 1
+    assert process.wait() == 1
     assert "cannot read a motion: cannot read /nowhere.yaml" in process.output
