@@ -11,6 +11,7 @@ from types import FrameType
 
 from irlpilco_ros import __version__
 from irlpilco_ros.commands import (
+    adapt,
     cart_pole,
     demo,
     inspect,
@@ -23,7 +24,7 @@ from irlpilco_ros.commands import (
 )
 from irlpilco_ros.learning.errors import IrlPilcoError
 
-COMMANDS = (demo, sweep, learn, train, report, inspect, recover, cart_pole, study)
+COMMANDS = (demo, sweep, learn, train, adapt, report, inspect, recover, cart_pole, study)
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""

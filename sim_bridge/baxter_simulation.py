@@ -15,6 +15,7 @@ from sim_bridge.baxter_model import build_model
 from sim_bridge.errors import DivergedError, InvalidCommandError
 from sim_bridge.joint_servos import Drive, JointServos
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
+from sim_bridge.pile import lay_debris
 from sim_bridge.sensor_reading import SensorReading
 from sim_bridge.servo_presets import SERVO_PRESETS
 from sim_bridge.simulation_settings import SimulationSettings
@@ -44,6 +45,7 @@ class BaxterSimulation:
         """Build the robot; it stands in its initial pose and holds it."""
         self.settings = settings or SimulationSettings()
         self.model = build_model(self.settings)
+        self.object_place: tuple[float, ...] = self.settings.object_place
         self.data = mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in ARM_JOINTS]
         self._qpos = np.array([joint.qposadr[0] for joint in joints])
@@ -117,7 +119,10 @@ class BaxterSimulation:
             seed: Seed of the sensor noise from now on; None takes the settings'.
             positions: (14,) of the arm joints [rad] to begin at; None is the initial pose.
         """
-        mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(INITIAL_POSE).id)
+        key = self.model.key(INITIAL_POSE).id
+        mujoco.mj_resetDataKeyframe(self.model, self.data, key)
+        if any(self.object_place):
+            lay_debris(self.model, self.data, key, self.object_place)
         if positions is not None:
             self.data.qpos[self._qpos] = self._checked("positions", ARM_JOINTS, positions)
         mujoco.mj_forward(self.model, self.data)
@@ -166,6 +171,16 @@ class BaxterSimulation:
     def read(self) -> SensorReading:
         """Return the present joint states; asked again before `step`, the same ones."""
         return self._reading
+
+    def lay_pile(self, place: Sequence[float]) -> None:
+        """Lay the debris anew, with the pile elsewhere; the robot stays as it is.
+
+        Args:
+            place: x, y [m] and turn [rad], relative to where it lies when the sweep is shown.
+        """
+        self.object_place = tuple(place)
+        lay_debris(self.model, self.data, self.model.key(INITIAL_POSE).id, place)
+        mujoco.mj_forward(self.model, self.data)
 
     def debris_in_pan(self) -> int:
         """Return how many pieces of debris lie in the dustpan."""

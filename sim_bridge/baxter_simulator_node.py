@@ -5,20 +5,24 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode
+from irlpilco_ros.kinematics.rigid_motion import quaternion_of
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.parameters import declare_settings
-from irlpilco_ros.ros.qos import JOINT_COMMAND
+from irlpilco_ros.ros.qos import JOINT_COMMAND, OBJECT_POSE_PUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from sim_bridge.baxter_simulation import INITIAL_POSE, BaxterSimulation
 from sim_bridge.joints import GRIPPER_JOINTS
+from sim_bridge.pile import PileCamera
 from sim_bridge.simulation_settings import SimulationSettings
 from sim_bridge.simulator_node import SimulatorNode
 from sim_bridge.viewer import Viewer
 
+_OBJECT_EVERY = 10  # states between two looks at the object
 _GRIPPER_EVERY = 5  # states between two messages of each gripper
 
 
@@ -33,9 +37,11 @@ class BaxterSimulatorNode(SimulatorNode):
             RenderingError: a viewer is asked for where there is no display.
         """
         super().__init__("baxter_simulator")
-        self._settings = declare_settings(self, SimulationSettings)
+        self._settings = declare_settings(self, SimulationSettings, apply=self._change)
         self._baxter = BaxterSimulation(self._settings)
         self._viewer = Viewer(self._baxter) if self._settings.viewer else None
+        self._camera = PileCamera(self._settings.object_noise, self._settings.seed)
+        self._object_poses = self.create_publisher(PoseStamped, "object_pose", OBJECT_POSE_PUB)
         self._guides = SafeSubscription(self, JointState, "~/guide", self._on_guide, JOINT_COMMAND)
         self.start(
             self._baxter,
@@ -57,6 +63,8 @@ class BaxterSimulatorNode(SimulatorNode):
         """Draw, and send the grippers as a real Baxter does, each in a message of its own."""
         if self._viewer is not None:
             self._viewer.update()
+        if count % _OBJECT_EVERY == 0:
+            self._publish_object_pose()
         if count % _GRIPPER_EVERY:
             return
         stamp = time_message(self.stamp())
@@ -68,6 +76,22 @@ class BaxterSimulatorNode(SimulatorNode):
     def details(self) -> dict[str, object]:
         """Return what /diagnostics is to tell about Baxter."""
         return {"preset": self._settings.preset}
+
+    def _change(self, settings: SimulationSettings) -> None:
+        """Lay the pile where it is wanted now; all else cannot be changed while time runs."""
+        self._settings = settings
+        with self._changed:
+            self._baxter.lay_pile(settings.object_place)
+
+    def _publish_object_pose(self) -> None:
+        """Tell where the pile lies, as a camera sees it."""
+        seen = self._camera.look(self._baxter.object_place)
+        message = PoseStamped()
+        message.header.stamp, message.header.frame_id = time_message(self.stamp()), "base"
+        place, turn = message.pose.position, message.pose.orientation
+        place.x, place.y, place.z = map(float, seen[:3, 3])
+        turn.x, turn.y, turn.z, turn.w = map(float, quaternion_of(seen))
+        self._object_poses.publish(message)
 
     def _on_guide(self, data: bytes, _info: Info) -> None:
         hands = decode(data)

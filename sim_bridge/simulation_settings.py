@@ -80,6 +80,17 @@ class SimulationSettings(PaceSettings):
         unit="m",
         read_only=True,
     )
+    object_place: tuple[float, ...] = setting(
+        (0.0, 0.0, 0.0),
+        "Where the pile lies, relative to where the sweep was shown: x, y [m], and turned by [rad] "
+        "about its middle. Setting it lays the debris there, as if nobody had swept.",
+    )
+    object_noise: tuple[float, ...] = setting(
+        (0.002, 0.01),
+        "Standard deviations of what object_pose tells: of x, y, z [m], and about each axis [rad].",
+        minimum=0.0,
+        read_only=True,
+    )
     viewer: bool = setting(
         False, "Show the simulation in a window; needs a display.", read_only=True
     )
@@ -96,6 +107,16 @@ class SimulationSettings(PaceSettings):
                 f"SimulationSettings.obstacle has {len(self.obstacle)} values; expected 3, its "
                 "place [x, y, z] [m], or none"
             )
+
+        for name, size, meaning in (
+            ("object_place", 3, "x, y [m], turn [rad]"),
+            ("object_noise", 2, "one of lengths [m], one of angles [rad]"),
+        ):
+            if len(getattr(self, name)) != size:
+                raise InvalidSettingError(
+                    f"SimulationSettings.{name} has {len(getattr(self, name))} values; expected "
+                    f"{meaning}"
+                )
 
     @property
     def effective_lag(self) -> float:

@@ -25,6 +25,7 @@ ROS_PACKAGES = (
     "builtin_interfaces",
     "diagnostic_msgs",
     "launch",
+    "geometry_msgs",
     "launch_ros",
     "rcl_interfaces",
     "rclpy",
@@ -97,6 +98,7 @@ LEARNING = (
     "iteration",
     "second_search",
     "learn",
+    "adapt",
     "apprenticeship",
 )
 

@@ -17,6 +17,8 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from irlpilco_ros.control.controller_settings import ControllerSettings  # noqa: E402
+from irlpilco_ros.experience.adapting import AdaptSettings  # noqa: E402
+from irlpilco_ros.experience.object_pose import ObjectSettings  # noqa: E402
 from irlpilco_ros.experience.recorder_settings import RecorderSettings  # noqa: E402
 from irlpilco_ros.experience.robot_settings import RobotSettings  # noqa: E402
 from irlpilco_ros.kinematics.tools import ToolSettings  # noqa: E402
@@ -32,9 +34,16 @@ PAGE = ROOT / "msgs_docs" / "parameters.md"
 NAMES = ROOT / "irlpilco_ros" / "ros" / "node_parameters.py"
 
 SETTINGS: dict[str, tuple[type, ...]] = {
-    "demonstration_recorder": (RecorderSettings,),
+    "demonstration_recorder": (RecorderSettings, ObjectSettings),
     "controller": (RobotSettings, ControllerSettings),
-    "learner": (RobotSettings, LearningSettings, RunSettings, ToolSettings),
+    "learner": (
+        RobotSettings,
+        LearningSettings,
+        RunSettings,
+        ToolSettings,
+        AdaptSettings,
+        ObjectSettings,
+    ),
     "baxter_simulator": (SimulationSettings,),
     "cart_pole_simulator": (CartPoleSettings,),
     "demonstrator": (DemonstratorSettings,),

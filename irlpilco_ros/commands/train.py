@@ -13,14 +13,21 @@ from typing import Any
 
 from irlpilco_ros.commands import metrics_table
 from irlpilco_ros.commands.bag_topic import add_topic_argument, add_window_argument
-from irlpilco_ros.commands.settings_files import add_settings_arguments, read_settings
+from irlpilco_ros.commands.object_place import adapter_of, add_place_argument, moved_to
+from irlpilco_ros.commands.settings_files import (
+    add_settings_arguments,
+    read_settings,
+    settings_paths,
+)
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
-from irlpilco_ros.experience.apprenticeship import Apprenticeship, Plan
+from irlpilco_ros.experience.adapting import AdaptSettings
+from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
+from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
 
@@ -41,6 +48,8 @@ examples:
   irlpilco train --demonstration runs/demo/demonstration --trials runs/demo/trials
   irlpilco train --demonstration runs/demo/demonstration --trials runs/demo/trials \\
       --settings config/thesis.yaml --run-directory runs/thesis
+  irlpilco train --demonstration runs/demo/demonstration --trials runs/demo/trials \\
+      --object-pose 0.05 -0.03 0.2       the policy for another place of the object
   ros2 run irlpilco_ros controller --ros-args --params-file runs/train/policy_007.yaml
 """
 
@@ -71,6 +80,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="OUT",
         help="where the result goes; must be new (default: runs/train)",
     )
+    add_place_argument(parser)
     add_window_argument(parser)
     add_topic_argument(parser)
     add_settings_arguments(parser)
@@ -124,11 +134,22 @@ def learn(
             copy_bag(bag, copy)
             report = learning.finish(copy)
             print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
-        plan = prepare(learning)
+        plan = prepare(learning) if arguments.object_pose is None else adapt(arguments, learning)
         print(best_sentence(learning.directory))
         return learning.directory.policy_file(plan.iteration.index)
     finally:
         learning.close()
+
+
+def adapt(arguments: argparse.Namespace, learning: Apprenticeship) -> Plan:
+    """Carry what was learned over to where the object is now; say what is expected there."""
+    robot_file, _ = settings_paths(arguments)
+    limit = AdaptSettings().adapt_error_limit
+    begun = learning.directory.configuration()
+    adapter = adapter_of(robot_file, begun, limit)
+    adapted, sentence = adapter.adapt(learning, moved_to(arguments.object_pose))
+    print(sentence)
+    return adapted.plan
 
 
 def whole_trials(folder: Path, robot: RobotSettings, horizon: int, topic: str = "") -> list[Path]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.best_trial import best_row, keep_best_policy
+from irlpilco_ros.experience.carried_over import carried_over
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import (
@@ -28,21 +29,25 @@ from irlpilco_ros.experience.errors import (
     UnreadableBagError,
 )
 from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow, with_path
-from irlpilco_ros.experience.path_judge import PathJudge
 from irlpilco_ros.experience.path_quality import PathQuality
+from irlpilco_ros.experience.places import SAME, Place, read_places
 from irlpilco_ros.experience.policy_file import PREDICTED, policy_to_parameters
+from irlpilco_ros.experience.practice import Adapted, Forecast, Plan, Practice, task_of_motions
 from irlpilco_ros.experience.predicted_band import PredictedBand
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
 from irlpilco_ros.experience.speed_demand import too_slow
 from irlpilco_ros.experience.trajectory import Trajectory
+from irlpilco_ros.kinematics.carried_path import Carrier
+from irlpilco_ros.kinematics.rigid_motion import inverse
 from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import judge
 from irlpilco_ros.learning.learn import weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import values_of
@@ -54,20 +59,6 @@ WITHOUT_EFFECT = ("threads",)
 
 
 _OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period", *PREDICTED)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The trial that comes next.
-
-    Attributes:
-        iteration: What was learned for it, and the policy that the robot is to try.
-        parameters: What the controller needs for it: policy, start position [rad], and what is
-            predicted of it.
-    """
-
-    iteration: Iteration
-    parameters: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -109,18 +100,6 @@ def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
         BagError: a demonstration cannot be imitated by this robot.
     """
     return task_of_motions(checked_motions(demonstrations, robot), robot)
-
-
-def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings) -> Task:
-    """Return the learning problem that checked demonstrations pose to a robot."""
-    return Task(
-        tuple(each.rollout for each in shown),
-        robot.control_period,
-        robot.control_limit,
-        robot.feature_map,
-        layout=robot.roles.layout,
-        start_spread=robot.start_spread,
-    )
 
 
 def controller_parameters(task: Task, policy: Policy, robot: RobotSettings) -> dict[str, Any]:
@@ -179,8 +158,7 @@ class Apprenticeship:
 
     Attributes:
         directory: The run directory, claimed for writing.
-        task: The learning problem.
-        shown: What the demonstrations show.
+        shown: What the demonstrations show, where it was shown.
         notes: What its user should know of bags that could not be read.
     """
 
@@ -193,18 +171,30 @@ class Apprenticeship:
     ) -> None:
         """Take up a run; use `open`."""
         self.directory = directory
-        self.task = task_of_motions(shown, robot)
         self.shown = shown
         self._robot = robot
         self._settings = settings
         self.notes: tuple[str, ...] = ()
-        begins = [float(each.samples.stamps[0]) + each.begin for each in shown]
-        seconds = self.task.horizon * self.task.dt
-        self._paths = PathJudge(directory, robot.roles, begins, seconds)
+        self._practices = [Practice.shown(directory, robot, shown)]
+        for place in read_places(directory.places_directory):
+            self._practices.append(Practice.carried(directory, robot, place, self._practices))
         trials = self._rollouts()
-        self._loop = LearningLoop(
-            self.task, settings, trials, self._last(len(trials)), self._best()
-        )
+        tasks = [self._practice_of(number).task for number in range(len(trials))]
+        last, best = self._last(len(trials)), self._best()
+        self._loop = LearningLoop(self.task, settings, trials, last, best, tasks)
+
+    @property
+    def task(self) -> Task:
+        """The learning problem, where the object is now."""
+        return self._practice.task
+
+    @property
+    def _practice(self) -> Practice:
+        return self._practices[-1]
+
+    def _practice_of(self, iteration: int) -> Practice:
+        """Return what an iteration was for: the last that had begun by then."""
+        return [each for each in self._practices if each.first <= iteration][-1]
 
     @classmethod
     def open(
@@ -298,6 +288,55 @@ class Apprenticeship:
         self._write(iteration, self._alone(parameters))
         return Plan(iteration, parameters)
 
+    def adapt(
+        self,
+        object_pose: Array,
+        demonstrated: Sequence[Array],
+        carrier: Carrier,
+        error_limit: float,
+        progress: Callable[[Progress], None] | None = None,
+    ) -> Adapted:
+        """Go on where the object is now, with a policy for it from all trials so far.
+
+        Args:
+            object_pose: Of the object now, in the base frame, (4, 4).
+            demonstrated: Its pose in each of the demonstrations.
+            carrier: With the robot's joints.
+            error_limit: Largest predicted error that is accepted [rad].
+            progress: As for `prepare`.
+
+        Raises:
+            UnreachableError: the tools cannot be where they have to be there, or the model does
+                not vouch for the policy; nothing was written.
+        """
+        index = self.next_index
+        place = Place(index, object_pose, self._carried(object_pose, demonstrated, carrier))
+        practice = Practice.carried(self.directory, self._robot, place, self._practices)
+        loop, task = self._loop, practice.task
+        moved = LearningLoop(task, self._settings, loop.trials, loop.last, None, loop.tasks)
+        iteration = moved.move(task, progress)
+        forecast = Forecast.of(task, iteration, len(self._robot.joints))
+        forecast.check(error_limit)
+        self.directory.begin_place(place)
+        self._practices.append(practice)
+        self._loop = moved
+        return Adapted(len(self._practices) - 1, self.prepare(), forecast)
+
+    def _carried(
+        self, object_pose: Array, demonstrated: Sequence[Array], carrier: Carrier
+    ) -> tuple[ShownMotion, ...]:
+        """Return the demonstrations where the object is now; none if that is where it was shown."""
+        for each in self._practices:
+            if each.is_at(object_pose):
+                return each.motions
+        moves = [object_pose @ inverse(before) for before in demonstrated]
+        if max(np.abs(move - np.eye(4)).max() for move in moves) <= SAME:
+            return ()
+        return tuple(
+            carried_over(each, move, carrier, self._robot)
+            for each, move in zip(self.shown, moves, strict=True)
+        )
+
     def finish(self, bag: Path) -> TrialReport:
         """Judge the recorded trial of what was prepared and write its row.
 
@@ -324,14 +363,14 @@ class Apprenticeship:
         off, mse = joint_rmse(self.task, rollout, self._robot), judge(self.task, rollout).mse
         nan = math.nan
         row = MetricsRow(None, bag_number(bag), off, mse, nan, nan, 0.0, 0.0, 0.0)
-        return self._append(row, self._paths.trial(bag))
+        return self._append(row, self._practice.paths.trial(bag))
 
     def _append(self, row: MetricsRow, path: PathQuality) -> MetricsRow:
         """Write a row with what is known of the path; before the first one, the demonstration's."""
         if self.directory.baseline_metrics(DEMONSTRATION) is None:
             nan = math.nan
             shown = MetricsRow(None, 0, 0.0, 0.0, nan, nan, 0.0, 0.0, 0.0, baseline=DEMONSTRATION)
-            self.directory.append_metrics(with_path(shown, self._paths.demonstration()))
+            self.directory.append_metrics(with_path(shown, self._practice.paths.demonstration()))
         whole = with_path(row, path)
         self.directory.append_metrics(whole)
         return whole
@@ -351,7 +390,7 @@ class Apprenticeship:
 
     def _best(self) -> Iteration | None:
         """Return the iteration whose trial was the best so far; None if it cannot be had."""
-        row = best_row(self.directory.metrics())
+        row = best_row(self._rows_here())
         if row is None or row.iteration is None:
             return None
         try:
@@ -361,6 +400,15 @@ class Apprenticeship:
         except IrlPilcoError as error:
             self.notes += (f"what the best trial so far was done with cannot be read: {error}",)
             return None
+
+    def _rows_here(self) -> list[MetricsRow]:
+        """Return the rows of the iterations that were for where the object is now."""
+        task = self.task
+        return [
+            row
+            for row in self.directory.metrics()
+            if row.iteration is not None and self._practice_of(row.iteration).task is task
+        ]
 
     def _keep_best(self) -> tuple[str, ...]:
         """Bring best_policy.yaml up to date; return why not, if it cannot be."""
@@ -446,11 +494,11 @@ class Apprenticeship:
             model_s=iteration.model_seconds,
             policy_s=iteration.policy_seconds,
         )
-        row = self._append(row, self._paths.trial(bag))
+        row = self._append(row, self._practice.paths.trial(bag))
         notes = [*iteration.notes, *self._keep_best()]
         if iteration.learned:
             notes.append("the margin is within margin_tolerance: learned")
-        best = best_row(self.directory.metrics())
+        best = best_row(self._rows_here())
         if best is not None and best.iteration != row.iteration:
             notes.append(
                 f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad off"

@@ -39,6 +39,7 @@ class LiveRecording:
         continuous: Sequence[str] = (),
         full_rate: bool = True,
         motion: MotionSettings | None = None,
+        known: Sequence[BagMessage] = (),
     ) -> None:
         """Wait for the first sample.
 
@@ -51,6 +52,8 @@ class LiveRecording:
             continuous: Those of the joints that turn without end.
             full_rate: Whether all joint states and commands are kept beside the samples.
             motion: What counts as motion; None for the default.
+            known: Messages that were known before, such as where the object is; the bag begins
+                with them.
         """
         self.path: Path | None = None
         self.failure = ""
@@ -67,7 +70,7 @@ class LiveRecording:
         self._moving = False
         self._first = 0
         self._full_rate = full_rate
-        self._pending: list[BagMessage] = []
+        self._pending: list[BagMessage] = list(known)
         self._pending_size = 0  # [bytes]
 
     @property
@@ -92,6 +95,11 @@ class LiveRecording:
     def take_command(self, command: Received) -> None:
         """Take in a command; what makes a sample is on disk when this returns."""
         self._take(lambda: self._decisions_of(command))
+
+    def take_other(self, message: BagMessage) -> None:
+        """Take in what is neither a state nor a command; it is on disk with the next sample."""
+        self._pending.append(message)
+        self._pending_size += len(message.data)
 
     def flush(self) -> None:
         """Bring to disk what is no sample, and look whether the bag is still there."""

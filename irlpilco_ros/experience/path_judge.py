@@ -13,6 +13,7 @@ from irlpilco_ros.experience.path_quality import (
     path_quality,
 )
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.experience.shown_motion import ShownMotion
 from irlpilco_ros.learning.joints import Joints
 
 
@@ -20,20 +21,27 @@ class PathJudge:
     """Measures trials over their whole path; a demonstration is read when the first one comes."""
 
     def __init__(
-        self, directory: RunDirectory, joints: Joints, begins: Sequence[float], seconds: float
+        self,
+        directory: RunDirectory,
+        joints: Joints,
+        shown: Sequence[ShownMotion],
+        seconds: float,
+        carried: bool = False,
     ) -> None:
         """Measure nothing yet.
 
         Args:
             directory: The run.
             joints: Joints of the learning problem.
-            begins: Stamp at which what is imitated begins, in each of the demonstrations [s].
+            shown: What is to be imitated.
             seconds: How long it takes [s].
+            carried: Whether it was carried over from where it was shown.
         """
         self._directory = directory
         self._joints = joints
-        self._begins = tuple(begins)
+        self._begins = [float(each.samples.stamps[0]) + each.begin for each in shown]
         self._seconds = seconds
+        self._carried = [each.samples for each in shown] if carried else None
 
     def trial(self, bag: Path) -> PathQuality:
         """Return how a whole trial went, from its first command to its last.
@@ -57,7 +65,7 @@ class PathJudge:
 
     @cached_property
     def _shown(self) -> list[MotionPath | None]:
-        recorded = self._directory.demonstration_paths()
+        recorded = self._carried or self._directory.demonstration_paths()
         return [
             path_of(one, self._joints, begin, self._seconds)
             for one, begin in zip(recorded, self._begins, strict=True)

@@ -5,6 +5,8 @@
                             demonstration.replaced is one that nothing was learned from
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
+        places/NNN.npz      where else the object was, and what is imitated there
+=======
         rollouts/NNN.npz    what is learned from a trial, so that its bag need not be read again
         policy_KKK.yaml     its policy, a parameter file of the controller
         best_policy.yaml    a copy of the policy whose trial was the best so far
@@ -48,6 +50,7 @@ from irlpilco_ros.experience.metrics import (
     read_metrics,
     withdraw_metrics,
 )
+from irlpilco_ros.experience.places import Place, place_file, read_places, write_place
 from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_file
 from irlpilco_ros.experience.private_folder import make_private
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -93,6 +96,11 @@ class RunDirectory:
     def trials_directory(self) -> Path:
         """Where the recorder puts the trials' bags."""
         return self.path / "trials"
+
+    @property
+    def places_directory(self) -> Path:
+        """Where else the object was, one file each."""
+        return self.path / "places"
 
     @property
     def rollouts_directory(self) -> Path:
@@ -205,8 +213,12 @@ class RunDirectory:
         return tuple(k for k in numbers if os.path.lexists(self.policy_file(k)))
 
     def has_learned(self) -> bool:
-        """Whether a trial was recorded: from then on the demonstration stays what it is."""
-        return bool(self.trial_bags()) or os.path.lexists(self.metrics_file)
+        """Whether a trial was recorded, or the motion was carried over to another place.
+
+        From then on the demonstration stays what it is.
+        """
+        begun = (self.metrics_file, self.places_directory)
+        return bool(self.trial_bags()) or any(map(os.path.lexists, begun))
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.
@@ -369,6 +381,19 @@ class RunDirectory:
         self._check_open(iteration.index)
         write_iteration_file(self.iteration_file(iteration.index), iteration)
         self.write_policy(iteration.index, iteration.policy, joints, controller_parameters)
+
+    def begin_place(self, place: Place) -> None:
+        """Write a place, and drop what was computed for the trial that comes next elsewhere.
+
+        Raises:
+            RunDirectoryError: not claimed.
+            FileError: it cannot be written.
+        """
+        self._check_open(place.first)
+        for computed in (self.iteration_file(place.first), self.policy_file(place.first)):
+            computed.unlink(missing_ok=True)
+        number = len(read_places(self.places_directory)) + 1
+        write_place(place_file(self.places_directory, number), place)
 
     def append_metrics(self, row: MetricsRow) -> None:
         """Add a row, after its trial.

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from irlpilco_ros.kinematics.errors import UnreachableError
 from irlpilco_ros.kinematics.inverse import REACHED, Solution, solve
 from irlpilco_ros.kinematics.rigid_motion import part_of
-from irlpilco_ros.kinematics.robot_kinematics import RobotKinematics
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    from irlpilco_ros.kinematics.robot_kinematics import RobotKinematics
 
 LIMIT_MARGIN = 0.07
 """How far from their limits joints stay, unless they were nearer when it was shown [rad]; more than

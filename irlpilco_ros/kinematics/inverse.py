@@ -12,12 +12,15 @@ the others do the rest.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from irlpilco_ros.kinematics.rigid_motion import difference
-from irlpilco_ros.kinematics.robot_kinematics import RobotKinematics
 from irlpilco_ros.learning.numerics.arrays import Array
+
+if TYPE_CHECKING:
+    from irlpilco_ros.kinematics.robot_kinematics import RobotKinematics
 
 REACHED = 1e-9
 """Missing way [m] and angle [rad] of a pose that counts as reached."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 
+from irlpilco_ros.learning.adapt import adapt
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import trial_error
@@ -30,8 +31,9 @@ class LearningLoop:
         task: What is to be learned.
         settings: How.
         trials: Every trial so far, in the order they were made.
+        tasks: What each of them was a trial of: of `task`, or of the same motion elsewhere.
         last: The last iteration; None before the first.
-        best: The iteration whose trial was the best so far; None before the first trial.
+        best: The iteration whose trial of `task` was the best so far; None before the first.
     """
 
     def __init__(
@@ -41,10 +43,12 @@ class LearningLoop:
         trials: Sequence[Rollout] = (),
         last: Iteration | None = None,
         best: Iteration | None = None,
+        tasks: Sequence[Task] | None = None,
     ) -> None:
         """Begin, or go on with trials that were made, the last iteration so far and the best.
 
-        If the best is not told, it is the best of those that will be tried.
+        If the best is not told, it is the best of those that will be tried. If the trials' tasks
+        are not told, all were trials of `task`.
 
         Raises:
             InvalidSettingError: the last iteration learned from more trials than there are, or the
@@ -63,6 +67,7 @@ class LearningLoop:
         self.task = task
         self.settings = settings
         self.trials = list(trials)
+        self.tasks = [task] * len(self.trials) if tasks is None else list(tasks)
         self.last = last
         self.best = best
 
@@ -86,11 +91,30 @@ class LearningLoop:
         """
         if self.last is None or self.last.index < len(self.trials):
             if self.trials:
-                last = learn(self.task, self.settings, self.trials, self.last, progress, self.best)
+                last = self._learned(progress)
             else:
                 last = Iteration(0, initial_policy(self.task, self.settings))
             self.last = last
         return self.last
+
+    def move(self, task: Task, progress: Callable[[Progress], None] | None = None) -> Iteration:
+        """Go on with another task, the same motion elsewhere; return what to try there first.
+
+        It comes from the trials so far (see `adapt`). What was proposed and not tried is dropped.
+
+        Raises:
+            InvalidSettingError: the task has another size.
+            NumericalError: no finite prediction can be made.
+        """
+        last = adapt(task, self.settings, self.trials, self.tasks, self.last, progress)
+        self.task, self.last, self.best = task, last, None
+        return last
+
+    def _learned(self, progress: Callable[[Progress], None] | None) -> Iteration:
+        task, settings, trials, tasks = self.task, self.settings, self.trials, self.tasks
+        if not any(own is task for own in tasks):
+            return adapt(task, settings, trials, tasks, self.last, progress)
+        return learn(task, settings, trials, self.last, progress, self.best, tasks)
 
     def take(self, trial: Rollout) -> Iteration:
         """Take in the trial of what was proposed last, and return that iteration with it.
@@ -105,6 +129,7 @@ class LearningLoop:
             )
         error = trial_error(self.task, trial)
         self.trials.append(trial)
+        self.tasks.append(self.task)
         self.last = dataclasses.replace(self.last, tried=trial)
         if self.best is None or error < trial_error(self.task, self.trials[self.best.index]):
             self.best = self.last

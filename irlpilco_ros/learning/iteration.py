@@ -19,8 +19,8 @@ _ARRAYS = {"weights": "k", "predicted_means": "T D", "predicted_covariances": "T
 _HYPERPARAMETERS = {"log_lengthscales": "E P", "log_signal": "E", "log_noise": "E"}
 """Shapes, letter by letter: the same letter stands for the same number. Iteration 0 has none."""
 
-_LINEAR = {"log_linear": "E"}
-"""Of the hyperparameters, only where the model has a linear part."""
+_FURTHER = {"log_linear": "E", "log_repeated": "E"}
+"""Of the hyperparameters, only where the model has such a part."""
 
 _NUMBERS = ("margin", "cost", "model_seconds", "policy_seconds")
 _COUNTS = ("index", "evaluations")
@@ -106,8 +106,9 @@ class Iteration:
         arrays = {name: np.asarray(getattr(self, name)) for name in names}
         for name in _HYPERPARAMETERS:
             arrays[name] = getattr(self.hyperparameters, name)
-        if self.hyperparameters.log_linear is not None:
-            arrays["log_linear"] = self.hyperparameters.log_linear
+        for name in _FURTHER:
+            if (scale := getattr(self.hyperparameters, name)) is not None:
+                arrays[name] = scale
         arrays["learned"] = np.asarray(self.learned)
         arrays["notes"] = np.asarray(self.notes, dtype=np.str_)
         for name, value in self.policy.to_arrays().items():
@@ -129,7 +130,9 @@ class Iteration:
                 if name.startswith("policy_") and name != "policy_seconds"
             }
             fields: dict[str, Any] = _checked(arrays, _ARRAYS)
-            kernel = _HYPERPARAMETERS | (_LINEAR if "log_linear" in arrays else {})
+            kernel = _HYPERPARAMETERS | {
+                name: shape for name, shape in _FURTHER.items() if name in arrays
+            }
             fields["hyperparameters"] = Hyperparameters(**_checked(arrays, kernel))
             fields |= {name: float(arrays[name]) for name in _NUMBERS}
             fields |= {name: int(arrays[name]) for name in _COUNTS}

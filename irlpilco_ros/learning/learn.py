@@ -14,6 +14,7 @@ from irlpilco_ros.learning import imitation
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
+from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import cost_of_trial
@@ -46,6 +47,7 @@ def learn(
     previous: Iteration | None = None,
     progress: Callable[[Progress], None] | None = None,
     best: Iteration | None = None,
+    tasks: Sequence[Task] | None = None,
 ) -> Iteration:
     """Do one pass: cost weights if there is a demonstration, dynamics model, policy search.
 
@@ -59,22 +61,26 @@ def learn(
         progress: Told where learning stands; whatever it raises cancels learning.
         best: The iteration whose trial was the best so far, to start again from its policy if the
             search comes out much worse than before; None for the one before.
+        tasks: What each trial was a trial of, if not all of this very task: the same motion at
+            other places. All of them tell of the robot, and by their deviations of the weights.
 
     Raises:
         InvalidSettingError: if there is no trial, or one that does not fit the task.
         NumericalError: if no finite prediction can be made.
     """
-    _check_trials(task, trials)
+    check_trials(task, trials)
+    here = trials_of(task, trials, tasks)
+    weighed = weigh(task, settings, trials, tasks)
     task = task.remembering(settings.command_history)
     if previous is not None and previous.index == 0:
         previous = None  # it has learned nothing that one could start from
     report = _Reporter(progress, task, settings)
     with one_blas_thread():
-        weights, margin = weigh(task, settings, trials)
+        weights, margin = weighed
         began = time.perf_counter()
         model = _train_model(task, settings, trials, previous, report)
         trained = time.perf_counter()
-        objective = expected_cost(task, settings, model, trials, weights)
+        objective = expected_cost(task, settings, model, here, weights)
         found, notes = search_twice_if_needed(
             lambda starts: _search(task, settings, objective, weights, starts, report),
             _starting_policies(task, settings, model, objective.start, previous),
@@ -102,7 +108,21 @@ def learn(
     )
 
 
-def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> tuple[Array, float]:
+def trials_of(
+    task: Task, trials: Sequence[Rollout], tasks: Sequence[Task] | None
+) -> Sequence[Rollout]:
+    """Return those of the trials that were trials of this very task; arguments as `learn`."""
+    if tasks is None:
+        return trials
+    return [trial for trial, own in zip(trials, tasks, strict=True) if own is task]
+
+
+def weigh(
+    task: Task,
+    settings: LearningSettings,
+    trials: Sequence[Rollout],
+    tasks: Sequence[Task] | None = None,
+) -> tuple[Array, float]:
     """Return cost weights (k,) and margin from all trials so far (thesis (4.5)-(4.6)).
 
     Features of different units are made comparable by `task.feature_scale` first. Weights are
@@ -113,10 +133,9 @@ def weigh(task: Task, settings: LearningSettings, trials: Sequence[Rollout]) -> 
     if task.cost is not None:
         return np.empty(0), math.nan
     way = _way(settings, settings.imitation)
-    reference = task.reference_features()
     deviations = [
-        way.deviation((task.feature_map.of(trial.states) - reference) / task.scale)
-        for trial in trials
+        way.deviation((own.feature_map.of(trial.states) - own.reference_features()) / own.scale)
+        for own, trial in zip(tasks or [task] * len(trials), trials, strict=True)
     ]
     weights, margin = WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
     lifted = np.maximum(weights, settings.weight_floor * weights.max())
@@ -146,7 +165,8 @@ def expected_cost(
 def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
     """Return where trials start: where they did so far, spread as much as they are known to.
 
-    A start that the task knows is taken as it is. Nothing has been commanded before.
+    A start that the task knows is taken as it is; before the first trial, that of what was shown,
+    at rest. Nothing has been commanded before.
     """
     measured = task.start or _measured_start(task, trials)
     added = task.state_layout.state_size - len(measured.mean)
@@ -154,6 +174,10 @@ def start_state(task: Task, trials: Sequence[Rollout]) -> Gaussian:
 
 
 def _measured_start(task: Task, trials: Sequence[Rollout]) -> Gaussian:
+    if not trials:
+        start = task.reference_states()[0].copy()
+        start[len(start) // 2 :] = 0.0
+        return Gaussian(start, np.diag(np.maximum(task.noise, task.start_spread) ** 2))
     starts = np.stack([trial.states[0] for trial in trials])
     angles = list(task.state_layout.angles)
     # A joint that stands at pi may be read as -pi; that is no other place.
@@ -173,6 +197,18 @@ def _cost(task: Task, settings: LearningSettings, way: str, weights: Array) -> C
     return task.cost or _way(settings, way).cost(task, weights / task.scale**2)
 
 
+def expected_dynamics(
+    task: Task, settings: LearningSettings
+) -> tuple[Array | None, LinearPart | None]:
+    """Return prior mean (E, P) and linear part of the dynamics model, as far as it has them."""
+    layout, prior, linear = task.state_layout, None, None
+    if settings.prior_mean != "zero":
+        prior = velocity_mean(layout, task.control_size, task.dt)
+    if settings.prior_mean == "identified":
+        linear = servo_part(layout, task.control_size, task.dt)
+    return prior, linear
+
+
 def _train_model(
     task: Task,
     settings: LearningSettings,
@@ -180,20 +216,17 @@ def _train_model(
     previous: Iteration | None,
     report: _Reporter,
 ) -> DynamicsModel:
-    layout, prior, linear = task.state_layout, None, None
-    if settings.prior_mean != "zero":
-        prior = velocity_mean(layout, task.control_size, task.dt)
-    if settings.prior_mean == "identified":
-        linear = servo_part(layout, task.control_size, task.dt)
+    prior, linear = expected_dynamics(task, settings)
     return train_on_trials(
         trials,
-        layout,
+        task.state_layout,
         prior,
         previous.hyperparameters if previous is not None else None,
         settings.threads,
         report.model,
         cast(HyperpriorName, settings.hyperprior),
         linear,
+        settings.repeating_errors,
         settings.model_points,
     )
 
@@ -264,7 +297,12 @@ def _search(
     return found
 
 
-def _check_trials(task: Task, trials: Sequence[Rollout]) -> None:
+def check_trials(task: Task, trials: Sequence[Rollout]) -> None:
+    """Check that there are trials, and that they are of the task's size.
+
+    Raises:
+        InvalidSettingError: says what is wrong with which.
+    """
     if not trials:
         raise InvalidSettingError("learning needs at least one trial; record one first")
     for number, trial in enumerate(trials):

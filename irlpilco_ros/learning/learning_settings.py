@@ -50,6 +50,11 @@ class LearningSettings:
         "Whether predictions count the noise of the measurements that the policy acts on: gains "
         "stay small, and predicted bands hold what they promise.",
     )
+    repeating_errors: bool = setting(
+        False,
+        "Whether the dynamics model also learns what happens at the same time of every trial, "
+        "whatever the state is, as iterative learning control does.",
+    )
     model_points: int = setting(
         300,
         "Largest number of points that the dynamics model consists of; of more recorded ones a "

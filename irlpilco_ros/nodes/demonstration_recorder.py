@@ -6,6 +6,7 @@ that came over the wire, and nothing that it has recorded is ever deleted or ove
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import time
 from pathlib import Path
@@ -17,20 +18,23 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from irlpilco_ros.experience.bag_files import mark_discarded
+from irlpilco_ros.experience.bag_message import BagMessage
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_merging import Received
 from irlpilco_ros.experience.joint_state_cdr import StreamReader
 from irlpilco_ros.experience.live_recording import LiveRecording
+from irlpilco_ros.experience.object_pose import ObjectSettings, encode_pose
 from irlpilco_ros.experience.recorder_settings import RecorderSettings
 from irlpilco_ros.experience.running_clock import RunningClock
 from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.health import ERROR, OK, Health
+from irlpilco_ros.ros.object_watch import ObjectWatch, SeenPose
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.suite_node import SuiteNode
-from irlpilco_ros.ros.topic_quality import joint_state_topic
+from irlpilco_ros.ros.topic_quality import joint_state_topic, object_pose_topic
 
 FIRST_SAMPLE_TIMEOUT = 5.0
 """How long `start` waits for joint states of all joints [s]."""
@@ -55,6 +59,7 @@ class DemonstrationRecorder(SuiteNode):
         """
         super().__init__("demonstration_recorder")
         self._settings = declare_settings(self, RecorderSettings, apply=self._change)
+        self._object = declare_settings(self, ObjectSettings, apply=self._change_object)
         self._recording: LiveRecording | None = None
         self._watcher: Timer | None = None
         self._last: Path | None = None
@@ -71,6 +76,7 @@ class DemonstrationRecorder(SuiteNode):
         self._commands = SafeSubscription(
             self, JointState, "joint_command", self._on_command, COMMAND_RECORDING
         )
+        self._objects = ObjectWatch(self, self._on_object_pose)
         self._group = group = ReentrantCallbackGroup()
         self.create_service(Trigger, "~/start", self._on_start, callback_group=group)
         self.create_service(Trigger, "~/stop", self._on_stop, callback_group=group)
@@ -84,6 +90,10 @@ class DemonstrationRecorder(SuiteNode):
     def _change(self, settings: RecorderSettings) -> None:
         """Take over parameters; they count from the next recording on."""
         self._settings = settings
+
+    def _change_object(self, settings: ObjectSettings) -> None:
+        """Take over where the object is if nobody tells; it counts from the next recording on."""
+        self._object = settings
 
     async def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Begin a recording; answers when its first sample is on disk."""
@@ -128,6 +138,7 @@ class DemonstrationRecorder(SuiteNode):
             settings.continuous_joints,
             settings.full_rate,
             settings,
+            self._known_object(),
         )
         self._watcher = self.create_timer(
             settings.control_period,
@@ -217,6 +228,24 @@ class DemonstrationRecorder(SuiteNode):
         self._recording.take_command(self._received(data, info))
         self._tell_progress(self._recording)
         self._catch_up()
+
+    def _on_object_pose(self, seen: SeenPose) -> None:
+        if self._recording is not None:
+            self._recording.take_other(self._pose_message(seen))
+
+    def _known_object(self) -> list[BagMessage]:
+        """Return where the object is, as far as that is known before a recording."""
+        seen, now = self._objects.last, time.time_ns()
+        if seen is not None:
+            return [self._pose_message(dataclasses.replace(seen, received=now))]
+        pose = self._object.pose
+        if pose is None:
+            return []
+        return [self._pose_message(SeenPose(encode_pose(pose, now), pose, now, now))]
+
+    def _pose_message(self, seen: SeenPose) -> BagMessage:
+        topic = object_pose_topic(self, self._objects.topic_name)
+        return BagMessage(topic, seen.data, seen.received, seen.sent)
 
     def _catch_up(self) -> bool:
         """Take what else has come, from both topics in turn; return whether more may be there.

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -19,13 +19,15 @@ from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from irlpilco_ros.experience.adapting import Adapter, AdaptSettings
 from irlpilco_ros.experience.apprenticeship import (
     Apprenticeship,
-    Plan,
     TrialReport,
     check_demonstration,
 )
-from irlpilco_ros.experience.errors import UnfitDemonstrationError
+from irlpilco_ros.experience.errors import BagError, UnfitDemonstrationError
+from irlpilco_ros.experience.object_pose import ObjectSettings
+from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.kinematics.tools import ToolSettings
@@ -37,6 +39,7 @@ from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.health import OK, WARN, Health
 from irlpilco_ros.ros.learner_progress import IterationClock, LearnerProgress
 from irlpilco_ros.ros.learner_worker import LearnerWorker
+from irlpilco_ros.ros.object_watch import ObjectWatch
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.predicted_trajectory import predicted_trajectory
 from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
@@ -105,6 +108,9 @@ class Learner(SuiteNode):
             self.get_logger().warning(doubt)
         self._settings = declare_settings(self, LearningSettings)
         self._tools = declare_settings(self, ToolSettings)
+        self._accepted = declare_settings(self, AdaptSettings, apply=self._accept)
+        self._object = declare_settings(self, ObjectSettings, apply=self._place_object)
+        self._objects = ObjectWatch(self)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration
         )
@@ -131,6 +137,7 @@ class Learner(SuiteNode):
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         self.create_service(Trigger, "learn_iteration", self._learn_iteration, callback_group=group)
+        self.create_service(Trigger, "~/adapt", self._adapt, callback_group=group)
         words = self._first_words()
         self.get_logger().info(words)
         self._health.report(OK, words)
@@ -204,18 +211,38 @@ class Learner(SuiteNode):
             self._run.close()
             self._run = None
 
+    def _accept(self, settings: AdaptSettings) -> None:
+        self._accepted = settings
+
+    def _place_object(self, settings: ObjectSettings) -> None:
+        self._object = settings
+
     async def _learn_iteration(
         self, _: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        """Do one iteration; never raises, for what fails here must not end the node."""
+        """Do one iteration."""
+        return await self._serve(response, "learning", "the last iteration", self._iterate)
+
+    async def _adapt(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Carry the run over to where the object is now."""
+        return await self._serve(response, "adapting", "adapting", self._carry_over)
+
+    async def _serve(
+        self,
+        response: Trigger.Response,
+        doing: str,
+        what: str,
+        job: Callable[[], Coroutine[Any, Any, str]],
+    ) -> Trigger.Response:
+        """Do what a service asks for; never raises, for what fails here must not end the node."""
         if self._busy:
             now = self._progress
             response.message = f"busy: iteration {now.iteration} is under way ({now.stage})"
             return response
         self._busy = True
-        self._health.report(OK, "learning")
+        self._health.report(OK, doing)
         try:
-            response.message = await self._iterate()
+            response.message = await job()
             response.success = True
             self.get_logger().info(response.message)
             self._health.report(OK, "idle", last=response.message)
@@ -228,9 +255,37 @@ class Learner(SuiteNode):
             self._busy = False
             self._progress = LearnerProgress()
         if not response.success:
-            self._health.report(WARN, f"the last iteration failed: {response.message}")
+            self._health.report(WARN, f"{what} failed: {response.message}")
             self.get_logger().error(response.message)
         return response
+
+    async def _carry_over(self) -> str:
+        """Find a policy for where the object is now, and hand it over; return a line about it.
+
+        Raises:
+            BagError: nobody has told where the object is.
+            IrlPilcoError: the motion cannot be done there, or the controller refuses.
+        """
+        self._say("open run")
+        now = self._objects.pose
+        now = self._object.pose if now is None else now
+        if now is None:
+            raise BagError(
+                f"where the object is now is not known: no pose came on {self._objects.topic_name}"
+                f"{'; ' + self._objects.fault if self._objects.fault else ''}; publish it, or set "
+                "the learner's parameter object_pose"
+            )
+        run = await self._compute(self._open)
+        adapter = Adapter(self._robot, self._tools, self._object, self._accepted)
+        self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
+        adapted, sentence = await self._compute(
+            lambda: adapter.adapt(run, lambda before: now, self._take_progress)
+        )
+        if adapted.plan.iteration.index > 0:
+            self._publish_prediction(adapted.plan)
+        self._say("hand over")
+        await self._trials.hand_over(adapted.plan.parameters)
+        return str(sentence)
 
     async def _iterate(self) -> str:
         """Do what Algorithm 3 does between two questions to the user; return one line about it."""
@@ -249,13 +304,15 @@ class Learner(SuiteNode):
         for note in plan.iteration.notes:
             self.get_logger().warning(f"iteration {plan.iteration.index}: {note}")
         if plan.iteration.index > 0:
-            self._prediction_publisher.publish(
-                predicted_trajectory(plan.iteration, self._robot, self.get_clock().now().to_msg())
-            )
+            self._publish_prediction(plan)
         bag = await self._trials.run(plan.parameters, run.directory.trials_directory, self._say)
         self._say("judge")
         report: TrialReport = await self._compute(lambda: run.finish(bag))
         return report
+
+    def _publish_prediction(self, plan: Plan) -> None:
+        now = self.get_clock().now().to_msg()
+        self._prediction_publisher.publish(predicted_trajectory(plan.iteration, self._robot, now))
 
     async def _compute(self, job: Callable[[], Result]) -> Result:
         """Run the job in the worker's thread."""

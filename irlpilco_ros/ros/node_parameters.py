@@ -2,6 +2,7 @@
 
 NODE_PARAMETERS = (
     "acceleration_limit",
+    "adapt_error_limit",
     "approach_acceleration",
     "approach_delay",
     "approach_speed",
@@ -40,6 +41,9 @@ NODE_PARAMETERS = (
     "motion_distance",
     "motion_file",
     "motion_speed",
+    "object_noise",
+    "object_place",
+    "object_pose",
     "obstacle",
     "optimiser",
     "output_directory",
@@ -52,6 +56,7 @@ NODE_PARAMETERS = (
     "preset",
     "prior_mean",
     "real_time_factor",
+    "repeating_errors",
     "reset_service",
     "run_directory",
     "sample_rate",

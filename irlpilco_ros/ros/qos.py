@@ -29,6 +29,12 @@ COMMAND_RECORDING = _profile(5000)
 STATE_RECORDING = _profile(5000, reliable=False)
 """How the recorder listens to joint states: like everybody, but here an old one counts too."""
 
+OBJECT_POSE_PUB = _profile(1, latched=True)
+"""Where the object is: the last pose is kept for whoever comes later."""
+
+OBJECT_POSE_SUB = _profile(10, reliable=False)
+"""Accepts every kind of publisher: a camera that tells it all the time, or `ros2 topic pub`."""
+
 CLOCK = _profile(1, reliable=False)
 """/clock as rclpy itself subscribes to it."""
 

@@ -124,7 +124,9 @@ def _spin_until(stop: threading.Event, node: Node, threads: int) -> bool:
 
     spinner = threading.Thread(target=spin, name="executor")
     spinner.start()
-    stop.wait()
+    # Python may take a signal that comes right before a wait only after it.
+    while not stop.wait(0.5):
+        pass
     executor.wake()
     spinner.join()
     executor.shutdown(timeout_sec=5.0)

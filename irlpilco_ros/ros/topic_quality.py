@@ -9,13 +9,21 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from irlpilco_ros.experience.bag_message import BagTopic
-from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS
+from irlpilco_ros.experience.joint_state_cdr import NANOSECONDS, schema
+from irlpilco_ros.experience.object_pose import POSE_STAMPED
 
 
 def joint_state_topic(node: Node, name: str) -> BagTopic:
     """Return a topic of JointStates with the quality of service of its present publishers."""
     publishers = node.get_publishers_info_by_topic(name)
     return BagTopic.joint_state(name, [qos_entry(each.qos_profile) for each in publishers])
+
+
+def object_pose_topic(node: Node, name: str) -> BagTopic:
+    """Return a topic of PoseStamped with the quality of service of its present publishers."""
+    definition, type_hash = schema(POSE_STAMPED)
+    profiles = [qos_entry(each.qos_profile) for each in node.get_publishers_info_by_topic(name)]
+    return BagTopic(name, POSE_STAMPED, definition, type_hash, qos_profiles=tuple(profiles))
 
 
 def qos_entry(profile: QoSProfile) -> dict[str, Any]:

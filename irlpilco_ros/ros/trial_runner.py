@@ -45,6 +45,14 @@ class TrialRunner:
         with suppress(RefusedError):  # nothing is being recorded: as it should be
             await self._clients.trigger(f"{RECORDER}/stop", ANSWER_TIMEOUT)
 
+    async def hand_over(self, parameters: Mapping[str, Any]) -> None:
+        """Give the controller its policy and start; all of it or nothing.
+
+        Raises:
+            ServiceError: it is not there, or refuses; says why.
+        """
+        await self._clients.set_parameters("controller", parameters)
+
     async def run(
         self, parameters: Mapping[str, Any], directory: Path, say: Callable[[str], None]
     ) -> Path:
@@ -62,7 +70,7 @@ class TrialRunner:
             ServiceError: says which step failed and why. Whatever was recorded is kept.
         """
         say("hand over")
-        await self._clients.set_parameters("controller", parameters)
+        await self.hand_over(parameters)
         say("move to start")
         await self._clients.trigger(self._to_start, MOTION_TIMEOUT)
         say("trial")

@@ -11,11 +11,13 @@ import pytest
 from irlpilco_ros.commands import node_processes
 from irlpilco_ros.commands.node_processes import NodeDiedError, NodeProcesses
 
+# Naps, not one long sleep: a signal right before that would be taken only after it.
 PATIENT = """
 import time
-print("ready", flush=True)
 try:
-    time.sleep(60)
+    print("ready", flush=True)
+    for _ in range(6000):
+        time.sleep(0.01)
 except KeyboardInterrupt:
     pass
 """
@@ -39,7 +41,7 @@ def start(tmp_path):
 
 
 def wait_for_line(node, line):
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + 60.0
     while line not in node.log.read_text():
         assert time.monotonic() < deadline
         time.sleep(0.01)

@@ -13,7 +13,9 @@ FINE = (np.arange(2000) + 0.5) / 2000
 def policy(blend):
     rng = np.random.default_rng(0)
     bumps = 0.1 * rng.standard_normal((F, 5))
-    return SmoothPhasePolicy(np.zeros((F, 4)), bumps, H, np.array([4.0, 8.0]), blend)
+    return SmoothPhasePolicy(
+        np.zeros((F, 4)), bumps, H, np.array([4.0, 8.0]), np.zeros((1, 4)), blend
+    )
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.5, 1.0])

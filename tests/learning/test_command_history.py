@@ -103,6 +103,7 @@ def problem(kind, continuous=()):
         0.2 * rng.standard_normal((J, 4)),
         H,
         np.array([2.0, 2.0]),
+        0.1 * rng.standard_normal((H, given.policy_size)),
         0.5,
     )
     trials = [lagging_trial(LinearPolicy(np.zeros((J, 4)), np.ones(J), np.ones(J)), spread=0.3)]
@@ -239,21 +240,23 @@ def test_a_robot_that_lags_is_learned_in_three_iterations(features):
     assert errors[-1] < 0.01
 
 
-def test_evidence_with_a_linear_part_and_its_gradient():
+def test_evidence_with_further_parts_and_its_gradient():
     rng = np.random.default_rng(5)
     inputs, targets = rng.standard_normal((12, 3)), rng.standard_normal(12)
     linear = inputs[:, 1:] * [1.0, 0.5]
-    parameters = 0.3 * rng.standard_normal(6)
-    value, gradient = negative_log_evidence(inputs, targets, parameters, linear)
-    signal, noise, scale = np.exp(2.0 * parameters[3:])
+    groups = np.eye(4)[np.arange(12) % 4]
+    grams = (linear @ linear.T, groups @ groups.T)
+    parameters = 0.3 * rng.standard_normal(7)
+    value, gradient = negative_log_evidence(inputs, targets, parameters, grams)
+    signal, noise, scale, repeated = np.exp(2.0 * parameters[3:])
     K = squared_exponential(inputs, inputs, np.exp(parameters[:3]), signal)
-    K += noise * np.eye(12) + scale * linear @ linear.T
+    K += noise * np.eye(12) + scale * grams[0] + repeated * grams[1]
     assert value == pytest.approx(-multivariate_normal(np.zeros(12), K).logpdf(targets))
-    for i in range(6):
+    for i in range(7):
 
         def along(h, i=i):
-            moved = parameters + h * np.eye(6)[i]
-            return negative_log_evidence(inputs, targets, moved, linear)[0]
+            moved = parameters + h * np.eye(7)[i]
+            return negative_log_evidence(inputs, targets, moved, grams)[0]
 
         assert gradient[i] == pytest.approx(slope(along), rel=1e-5, abs=1e-6)
 

@@ -142,7 +142,7 @@ class Sometimes:
     def __init__(self, model, failing):
         self.model, self.failing, self.count = model, failing, -1
 
-    def predict(self, mean, covariance, approximation="first_order", gradient=True):
+    def predict(self, mean, covariance, approximation="first_order", gradient=True, step=None):
         self.count += 1
         if self.count in self.failing:
             raise NumericalError("no answer")

@@ -232,7 +232,7 @@ def test_a_model_that_returns_nonsense_is_reported():
     objective, policy = toy_objective("first_order", "linear_phase")
 
     class Nonsense:
-        def predict(self, mean, covariance, approximation="first_order", gradient=True):
+        def predict(self, mean, covariance, approximation="first_order", gradient=True, step=None):
             moments, pullback = objective.model.predict(mean, covariance, approximation, gradient)
             moments.mean[0] = np.nan
             return moments, pullback

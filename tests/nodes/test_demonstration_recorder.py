@@ -10,15 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from geometry_msgs.msg import PoseStamped
 from joint_commands import joint_command
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.experience.bag_reader import read_bag, read_messages, read_path, read_recording
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, encode
+from irlpilco_ros.experience.object_pose import decode_pose, recorded_object_pose
 from irlpilco_ros.experience.recovery import recover
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trajectory_bag import write_trajectory
+from irlpilco_ros.kinematics.rigid_motion import pose as rigid_pose
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.qos import JOINT_STATES_PUB
@@ -293,3 +296,62 @@ def test_a_bag_replayed_over_dds_is_recorded_again(ros, tmp_path, source, comman
         np.testing.assert_array_equal(getattr(again, field)[1:], getattr(original, field))
     received = [each.data for each in read_messages(recorded) if not each.topic.is_full_rate]
     assert sorted(received[1:]) == sorted(message.data for message in messages)
+
+
+def pose_message(x: float) -> PoseStamped:
+    message = PoseStamped()
+    message.pose.position.x, message.pose.orientation.w = x, 1.0
+    return message
+
+
+def told_poses(bag: Path) -> list[float]:
+    """Return x of every pose of the object in a bag [m]."""
+    return [
+        float(decode_pose(message.data)[0, 3])
+        for message in read_messages(bag)
+        if message.topic.name == "/object_pose"
+    ]
+
+
+def test_where_the_object_is_belongs_into_every_bag(ros, tmp_path):
+    robot = Robot(ros, output_directory=str(tmp_path / "bags"))
+    objects = ros.publisher(PoseStamped, "object_pose", QoSProfile(depth=10), subscribers=1)
+
+    def heard() -> Path:
+        objects.publish(pose_message(0.5))
+        objects.publish(pose_message(float("nan")))
+        bag = bag_of(robot.call("start"))
+        robot.move(1.0, 0.002)
+        assert robot.call("stop").success
+        return bag
+
+    ros.wait_for(lambda: told_poses(heard())[:1] == [0.5], "a bag that begins with the pose")
+    # What comes while it records is in it, too, and the samples are as ever.
+    bag = bag_of(robot.call("start"))
+
+    def recorded() -> bool:
+        objects.publish(pose_message(0.7))
+        robot.move(0.5, 0.002)
+        return 0.7 in told_poses(bag)
+
+    ros.wait_for(recorded, "a pose in the bag")
+    assert robot.call("stop").success
+    assert told_poses(bag)[0] in (0.5, 0.7)
+    assert_true_to_robot(bag)
+    found = read_recording(bag)
+    assert found.whole
+    topic = next(each for each in found.counts if each.name == "/object_pose")
+    assert topic.message_type == "geometry_msgs/msg/PoseStamped"
+    assert recorded_object_pose(bag) is not None
+
+
+def test_a_parameter_says_where_the_object_is_if_nobody_does(ros, tmp_path):
+    pose = [0.6, -0.1, 0.0, 0.0, 0.0, 0.3]
+    robot = Robot(ros, output_directory=str(tmp_path / "bags"), object_pose=pose)
+    bag = bag_of(robot.call("start"))
+    robot.move(1.0, 0.002)
+    assert robot.call("stop").success
+    np.testing.assert_allclose(
+        recorded_object_pose(bag), rigid_pose(pose[:3], pose[3:]), atol=1e-12
+    )
+    assert_true_to_robot(bag)

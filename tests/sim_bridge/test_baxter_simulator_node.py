@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
 from joint_commands import joint_command
 from rclpy.executors import SingleThreadedExecutor
 from ros_graph import RosGraph
@@ -21,7 +22,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.ros.messages import nanoseconds
-from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB, OBJECT_POSE_PUB
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.baxter_simulator_node import BaxterSimulatorNode
 from sim_bridge.joints import ARM_JOINTS, PUBLISHED_JOINTS
@@ -269,3 +270,24 @@ def test_shipped_parameter_file_is_complete(ros: RosGraph) -> None:
     ros.start(NODE, files=["config/baxter_simulator.yaml"])
     assert ros.get_parameter("baxter_simulator", "debris") == 12
     assert ros.get_parameter("baxter_simulator", "preset") == "compliant"
+
+
+def test_a_camera_sees_where_the_pile_lies(ros: RosGraph) -> None:
+    ros.start(NODE, parameters={"debris": 3})
+    seen = ros.listen(PoseStamped, "object_pose", OBJECT_POSE_PUB, publishers=1)
+
+    def places() -> np.ndarray:
+        return np.array([[m.pose.position.x, m.pose.position.y] for m in list(seen.messages)])
+
+    ros.wait_for(lambda: len(seen.messages) >= 10, "some poses")
+    off = places() - [0.645, -0.15]
+    assert 1e-4 < np.abs(off).max() < 0.02
+    answer = ros.set_parameters("baxter_simulator", {"object_place": [0.05, -0.03, 0.2]})
+    assert answer.successful, answer.reason
+    ros.wait_for(
+        lambda: np.abs(places()[-5:] - [0.695, -0.18]).max() < 0.02, "poses of the new place"
+    )
+    turned = [m.pose.orientation for m in list(seen.messages)[-5:]]
+    assert np.mean([2.0 * math.atan2(each.z, each.w) for each in turned]) == pytest.approx(
+        0.2, abs=0.03
+    )

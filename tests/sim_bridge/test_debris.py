@@ -92,3 +92,21 @@ def test_broken_physics_are_an_error_until_reset(
     robot.reset()
     robot.step()
     assert np.isfinite(robot.true_positions).all()
+
+
+def test_the_pile_lies_where_it_is_laid_also_after_a_reset() -> None:
+    robot, place = scattered(6, 0), (0.05, -0.03, 0.4)
+    before = places(robot, 6)
+    robot.lay_pile(place)
+    moved = places(robot, 6)
+    x, y = (before - [0.645, -0.15, 0.0])[:, :2].T
+    expected = np.stack([np.cos(0.4) * x - np.sin(0.4) * y, np.sin(0.4) * x + np.cos(0.4) * y], 1)
+    np.testing.assert_allclose(moved[:, :2], np.add(expected, (0.695, -0.18)), atol=1e-9)
+    np.testing.assert_allclose(moved[:, 2], before[:, 2], atol=1e-9)
+    for _ in range(50):
+        robot.step()
+    assert np.abs(places(robot, 6) - moved).max() < 2e-3
+    robot.reset()
+    np.testing.assert_allclose(places(robot, 6), moved, atol=1e-9)
+    there = BaxterSimulation(SimulationSettings(debris=6, object_place=place))
+    np.testing.assert_allclose(places(there, 6), moved, atol=1e-9)

@@ -22,6 +22,8 @@ class Hyperparameters:
         log_noise: log of the noise's standard deviation, in units of the output, shape (E,).
         log_linear: log of the standard deviation of the linear part's coefficients, shape (E,);
             None without a linear part (see `linear_part`).
+        log_repeated: log of the standard deviation of what repeats at the same time of every
+            trial, in units of the output, shape (E,); None if nothing does (see `repeated`).
 
     Raises:
         InvalidSettingError: if shapes disagree or a value is not finite or beyond +-100.
@@ -31,6 +33,7 @@ class Hyperparameters:
     log_signal: Array
     log_noise: Array
     log_linear: Array | None = None
+    log_repeated: Array | None = None
 
     def __post_init__(self) -> None:
         if self.log_lengthscales.ndim != 2:
@@ -39,7 +42,7 @@ class Hyperparameters:
                 "expected (outputs, inputs)"
             )
         outputs = (len(self.log_lengthscales),)
-        for name in ("log_lengthscales", "log_signal", "log_noise", "log_linear"):
+        for name in ("log_lengthscales", "log_signal", "log_noise", "log_linear", "log_repeated"):
             value = getattr(self, name)
             if value is None:
                 continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,9 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.evidence import negative_log_evidence
 from irlpilco_ros.learning.gp.hyperprior import HYPERPRIORS, Hyperprior, HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
-from irlpilco_ros.learning.gp.linear_part import EXPECTED_LOG_SCALE, LinearPart, scale_penalty
+from irlpilco_ros.learning.gp.linear_part import LinearPart
+from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
+from irlpilco_ros.learning.gp.scaled_part import ScaledPart
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.sharing import for_each_output
 
@@ -21,7 +23,6 @@ _SMALLEST_SCALE = 1e-8
 _LENGTHSCALE_RANGE = math.log(100.0) * 1.3  # the soft penalty is at a factor of 100
 _SIGNAL_RANGE = math.log(1e3)
 _NOISE_FLOOR, _NOISE_CEILING = math.log(1e-5), math.log(10.0)
-_LINEAR_BOUNDS = (math.log(1e-3), math.log(10.0))
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ def maximise_evidence(
     threads: int,
     progress: Callable[[float], None] | None,
     linear: LinearPart | None = None,
+    repeated: RepeatedPart | None = None,
 ) -> Hyperparameters:
     """Return the hyperparameters of zero-mean GPs that maximise the evidence times the hyperprior.
 
@@ -93,6 +95,7 @@ def maximise_evidence(
         progress: Called with the fraction done, 0..1, from the threads that work, one call at a
             time; may raise to cancel.
         linear: The linear part of the kernel; None for none.
+        repeated: To which step of a trial each point belongs; None if nothing repeats.
 
     Raises:
         InvalidSettingError: if the warm start does not fit the data.
@@ -104,28 +107,35 @@ def maximise_evidence(
     starts = scales.starts(prior)
     if warm_start is not None:
         starts[0] = _stack(warm_start, outputs, size)
-    if linear is not None:
-        starts = _with_log_linear(starts, warm_start, outputs)
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_points)).astype(int)
     points, values = inputs[chosen], targets[chosen]
     report = _OutputCounter(progress, outputs)
 
+    def parts_of(a: int) -> dict[str, ScaledPart]:
+        parts = {}
+        if linear is not None:
+            parts["log_linear"] = linear.scaled(points, a)
+        if repeated is not None:
+            parts["log_repeated"] = repeated.scaled(chosen, float(scales.targets[a]))
+        return parts
+
     def one_output(a: int) -> Array:
+        parts = parts_of(a)
         found = _search(
             points,
             values[:, a],
-            [start[a] for start in starts],
+            _with_scales([start[a] for start in starts], parts, warm_start, a),
             scales.bounds(a),
             lambda parameters: prior.penalty(parameters, scales.inputs),
             max_evaluations,
-            None if linear is None else linear.of(points, a),
+            list(parts.values()),
         )
         report.step()
         return found
 
     found = np.array(for_each_output(one_output, outputs, len(points), threads))
-    log_linear = None if linear is None else found[:, size + 2]
-    return Hyperparameters(found[:, :size], found[:, size], found[:, size + 1], log_linear)
+    further = {name: found[:, size + 2 + i] for i, name in enumerate(parts_of(0))}
+    return Hyperparameters(found[:, :size], found[:, size], found[:, size + 1], **further)
 
 
 def _search(
@@ -135,25 +145,25 @@ def _search(
     bounds: Array,
     penalty: Callable[[Array], tuple[float, Array]],
     max_evaluations: int,
-    linear: Array | None,
+    parts: Sequence[ScaledPart],
 ) -> Array:
     """Return the best parameters [log l, log s, log noise] that L-BFGS finds for one output.
 
-    With a linear part Z (n, K), log b follows them.
+    log b of each further part of the kernel follows them.
     """
     from scipy import optimize  # late: it takes as long as all else here
 
     kernel = inputs.shape[1] + 2
-    if linear is not None:
-        bounds = np.vstack([bounds, _LINEAR_BOUNDS])
+    bounds = np.vstack([bounds, *(part.bounds for part in parts)])
+    grams = [part.gram for part in parts]
 
     def objective(parameters: Array) -> tuple[float, Array]:
-        value, gradient = negative_log_evidence(inputs, targets, parameters, linear)
+        value, gradient = negative_log_evidence(inputs, targets, parameters, grams)
         extra, slope = penalty(parameters[:kernel])
         gradient[:kernel] += slope
-        if linear is not None:
-            more, slope_of_scale = scale_penalty(float(parameters[-1]))
-            extra, gradient[-1] = extra + more, gradient[-1] + slope_of_scale
+        for number, part in enumerate(parts, kernel):
+            more, slope_of_scale = part.penalty(float(parameters[number]))
+            extra, gradient[number] = extra + more, gradient[number] + slope_of_scale
         return value + extra, gradient
 
     results = [
@@ -171,15 +181,20 @@ def _search(
     return best
 
 
-def _with_log_linear(
-    starts: Sequence[Array], warm_start: Hyperparameters | None, outputs: int
+def _with_scales(
+    starts: Sequence[Array],
+    parts: Mapping[str, ScaledPart],
+    warm_start: Hyperparameters | None,
+    a: int,
 ) -> list[Array]:
-    """Return starts (E, P + 2) with log b behind them, (E, P + 3); the first is the warm one."""
-    expected = np.full(outputs, EXPECTED_LOG_SCALE)
-    known = expected if warm_start is None else warm_start.log_linear
-    first = expected if known is None else known
+    """Return starts of output a with log b of each part behind them; the first is the warm one."""
+    expected = [part.expected for part in parts.values()]
+    known = [None if warm_start is None else getattr(warm_start, name) for name in parts]
+    first = [
+        value if scale is None else scale[a] for value, scale in zip(expected, known, strict=True)
+    ]
     scales = [first, *[expected] * (len(starts) - 1)]
-    return [np.hstack([start, scale[:, None]]) for start, scale in zip(starts, scales, strict=True)]
+    return [np.append(start, scale) for start, scale in zip(starts, scales, strict=True)]
 
 
 def _stack(warm_start: Hyperparameters, outputs: int, size: int) -> Array:

@@ -14,7 +14,12 @@ from irlpilco_ros.learning.numerics.arrays import Array
 
 
 def widened(
-    identified: Identified, moments: Moments, pull: Pullback | None, mean: Array, covariance: Array
+    identified: Identified,
+    moments: Moments,
+    pull: Pullback | None,
+    mean: Array,
+    covariance: Array,
+    step: int | None = None,
 ) -> tuple[Moments, Pullback | None]:
     """Return moments, and their pullback, with what is not known of the coefficients.
 
@@ -24,13 +29,18 @@ def widened(
         pull: Theirs; None without gradient.
         mean: Of the input, shape (P,).
         covariance: Of the input, shape (P, P).
+        step: Of a trial, for what repeats there; None for no trial's.
     """
     known, spread = identified.columns, identified.covariance
     rows, columns = known[:, :, None], known[:, None, :]
     by_mean = np.einsum("ekl,el->ek", spread, mean[known])
     extra = np.einsum("ek,ek->e", by_mean, mean[known])
     extra += np.einsum("ekl,ekl->e", spread, covariance[rows, columns])
-    wider = Moments(moments.mean, moments.covariance + np.diag(extra), moments.jacobian)
+    middle = moments.mean
+    if step is not None and step < len(identified.repeated):
+        middle = middle + identified.repeated[step]
+        extra += identified.repeated_variance[step]
+    wider = Moments(middle, moments.covariance + np.diag(extra), moments.jacobian)
 
     def pullback(
         mean_bar: Array, covariance_bar: Array, jacobian_bar: Array

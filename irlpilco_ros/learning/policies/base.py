@@ -102,6 +102,19 @@ class Policy(Extension, ABC):
         """Return the policy for the first trial: arguments as `fit`, one row for each step."""
         return self.fit(np.arange(float(len(states))), states, controls)
 
+    def along(self, states: Array, controls: Array, control_limit: Array) -> Self | None:
+        """Return the policy with the same gains that gives other controls along other states.
+
+        Args:
+            states: What the policy sees, one row for each step, shape (H, D).
+            controls: Wanted before squashing, shape (H, F).
+            control_limit: Largest absolute value of each control now, shape (F,).
+
+        Returns:
+            None if this kind of policy has no gains that could be kept.
+        """
+        return None
+
     @property
     def parameters(self) -> Array:
         """What policy search changes, as one vector (p,): arrays as declared, row by row."""

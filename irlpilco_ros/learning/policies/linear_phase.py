@@ -84,13 +84,25 @@ class LinearPhasePolicy(Policy):
 
     def fit(self, steps: Array, states: Array, controls: Array) -> Self:
         """Return gains and feed-forward that give controls before squashing (n, F), nearly."""
-        both = ridge(np.hstack([states, self._phases(steps)]), controls, BUMP_RIDGE).T
+        seen = np.stack([self._seen(x, int(t)) for x, t in zip(states, steps, strict=True)])
+        both = ridge(np.hstack([seen, self._phases(steps)]), controls, BUMP_RIDGE).T
         split = states.shape[1]
         return dataclasses.replace(self, weights=both[:, :split], phase_weights=both[:, split:])
 
+    def along(self, states: Array, controls: Array, control_limit: Array) -> Self:
+        """Return the policy with the same gains W dx, dx being measured from other states.
+
+        Arguments are those of `Policy.along`. Gains are in units of the limit.
+        """
+        weights = self.weights * (self.control_limit / control_limit)[:, None]
+        same = dataclasses.replace(self, weights=weights, control_limit=control_limit)
+        seen = np.stack([same._seen(state, step) for step, state in enumerate(states)])
+        return same.fit_demonstration(states, controls - seen @ weights.T)
+
     def act(self, state: Array, step: int) -> Array:
         """Return the control (F,) for a state (D,) at a step of the trial."""
-        return squash(self.weights @ state + self._feed_forward(step), self.control_limit)
+        feedback = self.weights @ self._seen(state, step)
+        return squash(feedback + self._feed_forward(step), self.control_limit)
 
     def moments(
         self, state: Gaussian, step: int, gradient: bool = True
@@ -98,7 +110,7 @@ class LinearPhasePolicy(Policy):
         """Return the exact moments of the control at a Gaussian state and a step of the trial."""
         phase = self._phase(step)
         moments, pull = affine_moments(
-            self.weights, self.phase_weights @ phase, self.control_limit, state
+            self.weights, self.phase_weights @ phase, self.control_limit, self._off(state, step)
         )
 
         def pullback(
@@ -111,21 +123,31 @@ class LinearPhasePolicy(Policy):
 
     def mean_sensitivity(self, state: Gaussian, step: int) -> Array:
         """Return d (mean control) / d parameters, shape (F, p), with the spread held fixed."""
-        bias = self._feed_forward(step)
-        slope = affine_slope(self.weights, bias, self.control_limit, state)
+        bias, seen = self._feed_forward(step), self._off(state, step)
+        slope = affine_slope(self.weights, bias, self.control_limit, seen)
         phase = self._phase(step)
-        return np.hstack([each_row(slope, state.mean), each_row(slope, phase)])
+        return np.hstack([each_row(slope, seen.mean), each_row(slope, phase)])
 
     def spread_curvature(
         self, states: Sequence[Gaussian], steps: Sequence[int], cost_weights: Array
     ) -> Array:
         """Return the Hessian of sum_t tr(cost_weights slope W S W' slope), shape (p, p)."""
         biases = [self._feed_forward(step) for step in steps]
-        return affine_curvature(self, self.weights, biases, states, cost_weights)
+        seen = [self._off(state, step) for state, step in zip(states, steps, strict=True)]
+        return affine_curvature(self, self.weights, biases, seen, cost_weights)
 
     def change_metric(self, states: Sequence[Gaussian], steps: Sequence[int]) -> Array:
         """Return the mean square of a change (dW x + dB psi) at Gaussian states, (p, p)."""
-        return affine_metric(len(self.weights), states, self._phases(steps))
+        seen = [self._off(state, step) for state, step in zip(states, steps, strict=True)]
+        return affine_metric(len(self.weights), seen, self._phases(steps))
+
+    def _seen(self, state: Array, step: int) -> Array:
+        """Return what gains act on, for a state (D,) at a step of the trial."""
+        return state
+
+    def _off(self, state: Gaussian, step: int) -> Gaussian:
+        """Return the same for a Gaussian state."""
+        return Gaussian(self._seen(state.mean, step), state.covariance)
 
     def _feed_forward(self, step: int) -> Array:
         feed_forward: Array = self.phase_weights @ self._phase(step)

@@ -8,6 +8,7 @@ was decided. A dynamics model that predicts from tick to tick needs to know no m
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -18,7 +19,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies.base import REGISTRY
-from irlpilco_ros.learning.policies.declaration import number
+from irlpilco_ros.learning.policies.declaration import fixed, number
 from irlpilco_ros.learning.policies.linear_phase import LinearPhasePolicy
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.learning.task import Task
@@ -30,9 +31,11 @@ _TIMES, _SHARES = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS  # of a period, for its m
 @REGISTRY.register("smooth_phase")
 @dataclass(frozen=True)
 class SmoothPhasePolicy(LinearPhasePolicy):
-    """u[t] = squash(W x + B psi(t)), psi being each period's mean of bumps over the trial.
+    """u[t] = squash(W (x - x_E[t]) + B psi(t)), psi being each period's mean of bumps.
 
     Attributes:
+        reference: x_E[t] of the demonstration, that gains act on no more than what is off it; the
+            last one is kept after its end, shape (N, D).
         blend: Part r of each control period over which a decision is blended in, from 0 to 1.
     """
 
@@ -58,6 +61,9 @@ class SmoothPhasePolicy(LinearPhasePolicy):
         def __post_init__(self) -> None:
             check(self)
 
+    reference: Array = fixed(
+        "N D", "What the policy would see at each tick if all went as shown, row by row."
+    )
     blend: float = number(
         "Part of each control period over which a decision is blended in, from 0 to 1.", minimum=0.0
     )
@@ -76,12 +82,25 @@ class SmoothPhasePolicy(LinearPhasePolicy):
         F = task.control_size
         phases = np.zeros((F, settings.count))
         weights = np.zeros((F, task.policy_size))
-        return cls(weights, phases, task.horizon, control_limit, settings.blend)
+        reference = np.zeros((1, task.policy_size))
+        if task.demonstrations:
+            reference = task.state_layout.policy_view(task.whole_reference_states()[:-1])
+        return cls(weights, phases, task.horizon, control_limit, reference, settings.blend)
+
+    def along(self, states: Array, controls: Array, control_limit: Array) -> Self:
+        """Return the policy with the same gains on what is off other states."""
+        there = dataclasses.replace(self, reference=states)
+        return super(SmoothPhasePolicy, there).along(states, controls, control_limit)
 
     def between(self, time: float) -> Array:
         """Return the feed-forward (F,) at a time since the trial's start, in control periods."""
         bumps = bumps_at(np.array([time]), self.phase_weights.shape[1], self.horizon)
         return squash(self.phase_weights @ bumps[0], self.control_limit)
+
+    def _seen(self, state: Array, step: int) -> Array:
+        """Return how far a state (D,) is off what was shown."""
+        off: Array = state - self.reference[min(step, len(self.reference) - 1)]
+        return off
 
     def _phase(self, step: int) -> Array:
         """Return the mean of the bumps over a control period, shape (K,)."""

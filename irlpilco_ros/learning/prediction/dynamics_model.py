@@ -13,6 +13,7 @@ from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.linear_part import Identified, LinearPart, identify
 from irlpilco_ros.learning.gp.posterior import Posterior, condition
+from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
 from irlpilco_ros.learning.gp.sparse import condition_sparse, spread_points
 from irlpilco_ros.learning.gp.training import maximise_evidence
 from irlpilco_ros.learning.moments.coefficient_spread import widened
@@ -62,6 +63,7 @@ class DynamicsModel:
         max_exact_points: int = MAX_EXACT_POINTS,
         hyperprior: HyperpriorName = "pilco",
         linear: LinearPart | None = None,
+        repeated: RepeatedPart | None = None,
     ) -> DynamicsModel:
         """Return the model of most evidence.
 
@@ -78,6 +80,8 @@ class DynamicsModel:
                 `condition`.
             hyperprior: On the hyperparameters, before any data.
             linear: Part of the dynamics that is linear, with coefficients to be identified.
+            repeated: To which step of its trial each point belongs, where what repeats there is
+                to be identified.
 
         Raises:
             InvalidSettingError: if shapes disagree or the data are not finite.
@@ -96,9 +100,10 @@ class DynamicsModel:
             threads,
             progress,
             linear,
+            repeated,
         )
         return DynamicsModel.condition(
-            inputs, targets, hyperparameters, prior, threads, max_exact_points, linear
+            inputs, targets, hyperparameters, prior, threads, max_exact_points, linear, repeated
         )
 
     @staticmethod
@@ -110,6 +115,7 @@ class DynamicsModel:
         threads: int = 1,
         max_exact_points: int = MAX_EXACT_POINTS,
         linear: LinearPart | None = None,
+        repeated: RepeatedPart | None = None,
     ) -> DynamicsModel:
         """Return the model for given hyperparameters: no search, one factorisation per output.
 
@@ -123,6 +129,7 @@ class DynamicsModel:
                 many inducing points chosen to cover the data, so that the cost of a prediction
                 stops growing.
             linear: Part that is linear, for hyperparameters that have `log_linear`.
+            repeated: What repeats, for hyperparameters that have `log_repeated`.
 
         Raises:
             InvalidSettingError: if shapes disagree or the data are not finite.
@@ -132,11 +139,15 @@ class DynamicsModel:
         prior = np.zeros(shape) if prior_mean is None else prior_mean
         residuals = _residuals(inputs, targets, prior)
         identified = None
-        if linear is not None:
+        if linear is not None or repeated is not None:
             some = np.linspace(0, len(inputs) - 1, min(len(inputs), max_exact_points)).astype(int)
-            identified = identify(linear, inputs[some], residuals[some], hyperparameters, threads)
+            identified = identify(
+                linear, repeated, inputs, residuals, some, hyperparameters, threads
+            )
             prior = prior + identified.mean
             residuals = residuals - inputs @ identified.mean.T
+            if repeated is not None:
+                residuals = residuals - identified.repeated[repeated.steps]
         notes: tuple[str, ...] = ()
         if len(inputs) <= max_exact_points:
             posterior = condition(inputs, residuals, hyperparameters, threads)
@@ -163,6 +174,7 @@ class DynamicsModel:
         covariance: Array,
         approximation: CovarianceApproximation = "first_order",
         gradient: bool = True,
+        step: int | None = None,
     ) -> tuple[Moments, Pullback | None]:
         """Predict the change of the state for a Gaussian input N(mean, covariance).
 
@@ -174,6 +186,7 @@ class DynamicsModel:
             approximation: How covariances between different outputs are found: "exact"
                 (E (E - 1) / 2 more n x n blocks) or "first_order" (V_a' S V_b).
             gradient: False saves the work for the pullback, which is None then.
+            step: Of a trial, from 0, for what repeats there; None for no trial's.
 
         Returns:
             Moments with mean (E,), covariance (E, E), jacobian (E, P), and their pullback.
@@ -184,7 +197,7 @@ class DynamicsModel:
         found = self._moment_matching.moments(mean, covariance, approximation, gradient)
         if self.identified is None:
             return found
-        return widened(self.identified, *found, mean, covariance)
+        return widened(self.identified, *found, mean, covariance, step)
 
     @cached_property
     def _moment_matching(self) -> MomentMatching:

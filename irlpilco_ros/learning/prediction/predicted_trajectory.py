@@ -32,8 +32,9 @@ class Dynamics(Protocol):
         covariance: Array,
         approximation: CovarianceApproximation = ...,
         gradient: bool = ...,
+        step: int | None = ...,
     ) -> tuple[Moments, Pullback | None]:
-        """Return the moments of the prediction at a Gaussian input, and their pullback."""
+        """Return the moments at a Gaussian input in a step of a trial, and their pullback."""
 
 
 StepPullback = Callable[[Array, Array], tuple[Array, Array, Array]]
@@ -221,7 +222,7 @@ def predict_step(
     """
     seen, pull_input = model_input(policy, state, t, layout, noise, gradient)
     change, pull_model = model.predict(
-        seen.mean, seen.covariance, approximation=approximation, gradient=gradient
+        seen.mean, seen.covariance, approximation=approximation, gradient=gradient, step=t
     )
 
     def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array, Array]:

@@ -9,6 +9,7 @@ import numpy as np
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.linear_part import LinearPart
+from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.prediction.dynamics_model import MAX_EXACT_POINTS, DynamicsModel
 from irlpilco_ros.learning.rollout import Rollout
@@ -27,6 +28,7 @@ def train_on_trials(
     progress: Callable[[float], None] | None = None,
     hyperprior: HyperpriorName = "pilco",
     linear: LinearPart | None = None,
+    repeated: bool = False,
     max_exact_points: int = MAX_EXACT_POINTS,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
@@ -40,16 +42,11 @@ def train_on_trials(
         progress: Told the fraction that is done.
         hyperprior: On the hyperparameters, before any data.
         linear: Part of the dynamics that is linear, with coefficients to be identified.
+        repeated: Whether what repeats at the same step of every trial is to be identified.
         max_exact_points: As in `DynamicsModel.train`.
     """
-    states = [layout.whole_states(trial.states, trial.controls)[:-1] for trial in trials]
-    pairs = [
-        np.hstack([layout.dynamics_view(before), trial.controls])
-        for before, trial in zip(states, trials, strict=True)
-    ]
     return DynamicsModel.train(
-        np.vstack(pairs),
-        np.vstack([layout.targets(trial.states) for trial in trials]),
+        *_pairs(trials, layout),
         prior_mean=prior_mean,
         warm_start=warm_start,
         threads=threads,
@@ -57,5 +54,46 @@ def train_on_trials(
         hyperprior=hyperprior,
         max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
         linear=linear,
+        repeated=_repeated(trials) if repeated else None,
         max_exact_points=max_exact_points,
     )
+
+
+def condition_on_trials(
+    trials: Sequence[Rollout],
+    layout: StateLayout,
+    hyperparameters: Hyperparameters,
+    prior_mean: Array | None,
+    threads: int,
+    linear: LinearPart | None = None,
+    repeated: bool = False,
+    max_exact_points: int = MAX_EXACT_POINTS,
+) -> DynamicsModel:
+    """Return the dynamics model of all trials with hyperparameters that are known.
+
+    Other arguments are those of `train_on_trials`.
+    """
+    return DynamicsModel.condition(
+        *_pairs(trials, layout),
+        hyperparameters,
+        prior_mean,
+        threads,
+        max_exact_points,
+        linear,
+        _repeated(trials) if repeated else None,
+    )
+
+
+def _pairs(trials: Sequence[Rollout], layout: StateLayout) -> tuple[Array, Array]:
+    """Return what goes in (n, P), and what is to be predicted (n, E)."""
+    states = [layout.whole_states(trial.states, trial.controls)[:-1] for trial in trials]
+    inputs = [
+        np.hstack([layout.dynamics_view(before), trial.controls])
+        for before, trial in zip(states, trials, strict=True)
+    ]
+    return np.vstack(inputs), np.vstack([layout.targets(trial.states) for trial in trials])
+
+
+def _repeated(trials: Sequence[Rollout]) -> RepeatedPart:
+    steps = [np.arange(len(trial.controls)) for trial in trials]
+    return RepeatedPart(np.concatenate(steps), max(map(len, steps)))

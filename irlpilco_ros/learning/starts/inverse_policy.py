@@ -84,13 +84,13 @@ def slopes_along(task: Task, model: DynamicsModel, limit: Array) -> Slopes:
     known = list(layout.dynamics_inputs or ())
     certain = np.zeros((len(known) + len(limit),) * 2)
     controls, by_state, by_control = [], [], []
-    for state, target in zip(states[:-1], targets, strict=True):
+    for t, (state, target) in enumerate(zip(states[:-1], targets, strict=True)):
         certainly = Gaussian(state, np.zeros((len(state),) * 2))
         extended, _ = extended_state(certainly, layout)
         control = np.zeros(len(limit))
         for _ in range(_STEPS):
             seen = np.concatenate([extended.mean[known], control])
-            moments, _ = model.predict(seen, certain, gradient=False)
+            moments, _ = model.predict(seen, certain, gradient=False, step=t)
             slope = moments.jacobian[:, len(known) :] / scale[:, None] * limit
             missing = (target - moments.mean) / scale
             curvature = slope.T @ slope
