@@ -25,7 +25,7 @@ class PredictedBand:
 
     Attributes:
         positions: Means, shape (H + 1, J) [rad].
-        deviations: Standard deviations, shape (H + 1, J) [rad].
+        deviations: Standard deviations of what will be measured, shape (H + 1, J) [rad].
     """
 
     positions: Array
@@ -42,9 +42,8 @@ class PredictedBand:
         if not len(iteration.predicted_means):
             return None
         count = len(joints.names)
-        variances = np.diagonal(iteration.predicted_covariances, axis1=1, axis2=2)[:, :count]
-        deviations = np.sqrt(np.maximum(variances, 0.0))
-        return cls(iteration.predicted_means[:, :count], deviations)
+        means, deviations = iteration.predicted_means, iteration.predicted_deviations
+        return cls(means[:, :count], deviations[:, :count])
 
     def to_parameters(self) -> dict[str, list[float]]:
         """Return it as parameters beside the policy's own, tick by tick."""
