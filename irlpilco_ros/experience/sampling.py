@@ -91,7 +91,7 @@ class Sampler:
         self._heard = self._newest
         if self._decided is not None and command.stamp <= self._decided:
             return self._repeated(command)
-        self._decided, self._decision = command.stamp, tuple(decode(command.data).command)
+        self._decided, self._decision = command.stamp, _values(command)
         if command.stamp in self._recent:
             return self._pair([command])
         self._waiting[command.stamp] = [command]
@@ -123,10 +123,12 @@ class Sampler:
 
     def _repeated(self, command: Received) -> list[Sample]:
         """Return what else is sent on the last decision, if it is to be kept and can be now."""
-        values = tuple(decode(command.data).command)
+        if command.stamp != self._decided:
+            return []
+        values = _values(command)
         is_end = any(self._decision) and not any(values)
         is_kept = is_end or (self._all_commands and values != self._decision)
-        if command.stamp != self._decided or not is_kept:
+        if not is_kept:
             return []
         if command.stamp in self._waiting:
             self._waiting[command.stamp].append(command)
@@ -148,3 +150,10 @@ class Sampler:
         """Return commands without a state, if they were decided after the recording had begun."""
         first = self._first
         return [Sample((), each) for each in commands if first is not None and each.stamp >= first]
+
+
+def _values(command: Received) -> tuple[float, ...]:
+    """Return what is commanded: velocities, which are decoded already, else efforts."""
+    if command.velocities.size:
+        return tuple(command.velocities.tolist())
+    return tuple(decode(command.data).command)
