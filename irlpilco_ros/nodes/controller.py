@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from irlpilco_ros.control.approach import Approach
+from irlpilco_ros.control.band_guard import BandGuard
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Command, Motion, Trial
@@ -151,9 +152,35 @@ class Controller(SuiteNode):
                 "it is not known how many decisions a trial has; set the parameter trial_horizon, "
                 "as the learner does with its policies",
             )
+        try:
+            guard = self._guard_of_trial(horizon)
+        except MotionRefusedError as error:
+            return _refusal(response, str(error))
         period = self._control.settings.trial_control_period or robot.control_period
-        trial = Trial(PolicyOf(robot.roles, policy), horizon, period)
+        trial = Trial(PolicyOf(robot.roles, policy), horizon, period, guard)
         return await self._move(trial, response)
+
+    def _guard_of_trial(self, horizon: int) -> BandGuard | None:
+        """Return what watches a trial; None if nobody asks for it, or nothing was predicted.
+
+        Raises:
+            MotionRefusedError: what was predicted is a trial of another length.
+        """
+        sigma, band = self._control.settings.guard_sigma, self._policy.band
+        if not sigma:
+            return None
+        if band is None:
+            self.get_logger().warning(
+                "nothing was predicted of this policy's trial: guard_sigma does not watch it"
+            )
+            return None
+        if band.horizon != horizon:
+            raise MotionRefusedError(
+                f"the trial has {horizon} decisions, but {band.horizon} were predicted "
+                "(policy.predicted_positions): guard_sigma cannot watch it; set it to 0, or "
+                "trial_horizon with the policy"
+            )
+        return BandGuard(self._robot.roles, band, sigma)
 
     async def _move_to_start(
         self, _: Trigger.Request, response: Trigger.Response
