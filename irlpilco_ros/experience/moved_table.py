@@ -68,7 +68,7 @@ class MovedRow:
 COLUMNS = tuple(field.name for field in dataclasses.fields(MovedRow))
 
 HEADER = (
-    "place   x [m]   y [m]  [rad]    trials  path [rad]  ticks [rad]  tools [m]  "
+    "place   x [m]   y [m]  [rad]   trials  path [rad]  ticks [rad]  tools [m]  "
     "predicted [rad]  in the pan  adapt [s]"
 )
 """Heading of `MovedRow.line`."""
