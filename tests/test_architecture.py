@@ -96,6 +96,7 @@ LEARNING = (
     "search",
     "judgement",
     "iteration",
+    "measured_band",
     "second_search",
     "learn",
     "adapt",

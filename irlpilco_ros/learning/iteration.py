@@ -19,6 +19,9 @@ _ARRAYS = {"weights": "k", "predicted_means": "T D", "predicted_covariances": "T
 _HYPERPARAMETERS = {"log_lengthscales": "E P", "log_signal": "E", "log_noise": "E"}
 """Shapes, letter by letter: the same letter stands for the same number. Iteration 0 has none."""
 
+_DEVIATIONS = {"predicted_deviations": "T D"}
+"""Files of earlier versions leave it out."""
+
 _FURTHER = {"log_linear": "E", "log_repeated": "E"}
 """Of the hyperparameters, only where the model has such a part."""
 
@@ -66,6 +69,9 @@ class Iteration:
         cost: Predicted cost of the policy.
         predicted_means: Predicted states, shape (H + 1, D); empty in iteration 0.
         predicted_covariances: Their covariances, shape (H + 1, D, D); empty in iteration 0.
+        predicted_deviations: Standard deviations of what will be measured, corrected by how the
+            trial before lay in its band, shape (H + 1, D); those of the prediction alone if they
+            are not given (see `measured_band`).
         evaluations: Cost evaluations that the policy search took.
         model_seconds: Time spent on the dynamics model [s].
         policy_seconds: Time spent on policy search [s].
@@ -82,12 +88,20 @@ class Iteration:
     cost: float = math.nan
     predicted_means: Array = field(default_factory=_nothing)
     predicted_covariances: Array = field(default_factory=_nothing)
+    predicted_deviations: Array = field(default_factory=_nothing)
     evaluations: int = 0
     model_seconds: float = 0.0
     policy_seconds: float = 0.0
     learned: bool = False
     notes: tuple[str, ...] = ()
     tried: Rollout | None = None
+
+    def __post_init__(self) -> None:
+        """Take the predicted spread where nothing else is known of the deviations."""
+        if not self.predicted_deviations.size and self.predicted_covariances.ndim == 3:
+            variances = np.diagonal(self.predicted_covariances, axis1=1, axis2=2)
+            deviations = np.sqrt(np.maximum(variances, 0.0))
+            object.__setattr__(self, "predicted_deviations", deviations)
 
     @property
     def trial(self) -> Rollout:
@@ -102,7 +116,7 @@ class Iteration:
 
     def to_arrays(self) -> dict[str, Array]:
         """Return everything but the trial as named arrays for an npz file without pickles."""
-        names = (*_ARRAYS, *_NUMBERS, *_COUNTS)
+        names = (*_ARRAYS, *_DEVIATIONS, *_NUMBERS, *_COUNTS)
         arrays = {name: np.asarray(getattr(self, name)) for name in names}
         for name in _HYPERPARAMETERS:
             arrays[name] = getattr(self.hyperparameters, name)
@@ -129,7 +143,8 @@ class Iteration:
                 for name in arrays
                 if name.startswith("policy_") and name != "policy_seconds"
             }
-            fields: dict[str, Any] = _checked(arrays, _ARRAYS)
+            told = _DEVIATIONS if "predicted_deviations" in arrays else {}
+            fields: dict[str, Any] = _checked(arrays, _ARRAYS | told)
             kernel = _HYPERPARAMETERS | {
                 name: shape for name, shape in _FURTHER.items() if name in arrays
             }

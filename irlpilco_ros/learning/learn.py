@@ -19,6 +19,7 @@ from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import cost_of_trial
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.measured_band import measured_deviations
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
@@ -91,6 +92,8 @@ def learn(
         prediction = objective.evaluate(found.policy, gradient=False).trajectory
         searched = time.perf_counter()
     measured = task.state_size
+    covariances = prediction.covariances[:, :measured, :measured]
+    last = trials[previous.index] if previous is not None else None
     return Iteration(
         index=len(trials),
         policy=found.policy,
@@ -99,7 +102,8 @@ def learn(
         margin=margin,
         cost=found.cost,
         predicted_means=prediction.means[:, :measured],
-        predicted_covariances=prediction.covariances[:, :measured, :measured],
+        predicted_covariances=covariances,
+        predicted_deviations=measured_deviations(task, covariances, previous, last),
         evaluations=found.evaluations,
         model_seconds=trained - began,
         policy_seconds=searched - trained,

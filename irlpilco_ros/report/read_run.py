@@ -150,8 +150,7 @@ def _iteration(row: MetricsRow, trial: np.ndarray, found: Iteration | None) -> I
     prediction = deviation = weights = None
     if found is not None:
         prediction = found.predicted_means[:, :joints]
-        variances = np.diagonal(found.predicted_covariances, axis1=1, axis2=2)[:, :joints]
-        deviation = np.sqrt(np.maximum(variances, 0.0))
+        deviation = found.predicted_deviations[:, :joints]
         weights = found.weights
     return IterationSummary(
         index=row.iteration or 0,

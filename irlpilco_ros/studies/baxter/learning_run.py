@@ -201,8 +201,7 @@ def _plain(arrays: Arrays) -> dict[str, Any]:
 
 def _prediction(iteration: Iteration) -> dict[str, list[list[float]]]:
     """Return mean and deviation of the predicted positions, shape (H + 1, J) each [rad]."""
-    variances = np.diagonal(iteration.predicted_covariances, axis1=1, axis2=2)[:, :JOINTS]
-    deviations = np.sqrt(np.maximum(variances, 0.0))
+    deviations = iteration.predicted_deviations[:, :JOINTS]
     return {
         "mean": iteration.predicted_means[:, :JOINTS].round(_DECIMALS).tolist(),
         "deviation": deviations.round(_DECIMALS).tolist(),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship
+from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, apprenticeship
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
@@ -91,7 +91,7 @@ def motion_run(robot: str, settings: LearningSettings, period: float, iterations
     trials = _Trials(bench)
     loop = apprenticeship(bench.task, settings, trials.run)
     for iteration in islice(loop, iterations + 1):
-        trials.rows[-1] |= _foretold(bench.task, iteration, trials.last)
+        trials.rows[-1] |= _foretold(iteration, trials.last)
     return {
         "demonstration": bench.measured(bench.shown),
         "replay": replay,
@@ -125,17 +125,16 @@ class _Trials:
         return trial
 
 
-def _foretold(task: Task, iteration: Iteration, recording: Recording) -> dict[str, Any]:
+def _foretold(iteration: Iteration, recording: Recording) -> dict[str, Any]:
     """Return what the model said of a trial that came after it; nothing of the first one.
 
-    "coverage" is the part of all measured positions at t = 1..H within two standard deviations of
-    the prediction, those of the sensors included; "prediction" the prediction's RMS error [rad].
+    "coverage" is the part of all measured positions at t = 1..H within two predicted standard
+    deviations of what is measured; "prediction" the prediction's RMS error [rad].
     """
     if iteration.index == 0:
         return {}
-    variances = np.diagonal(iteration.predicted_covariances, axis1=1, axis2=2)[1:, :JOINTS]
     off = recording.rollout.states[1:, :JOINTS] - iteration.predicted_means[1:, :JOINTS]
-    band = 2.0 * np.sqrt(variances + task.noise[:JOINTS] ** 2)
+    band = 2.0 * iteration.predicted_deviations[1:, :JOINTS]
     return {
         "coverage": float(np.mean(np.abs(off) < band)),
         "prediction": float(np.sqrt(np.mean(off**2))),

@@ -1,0 +1,52 @@
+"""Where the measurements of the next trial will lie, if the past is a guide.
+
+A model says how uncertain its predictions are, but it takes its hyperparameters as known and its
+outputs as independent, so that it promises too much at first and too little later. How the trial
+before lay in its own band corrects that: deviations are scaled so that the band of two would have
+held what it should of that trial (as calibrated regression does: Kuleshov, Fenner & Ermon 2018).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irlpilco_ros.learning.iteration import Iteration
+from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.rollout import Rollout
+from irlpilco_ros.learning.task import Task
+
+_HELD = 0.94
+"""Part of the last trial that its band is made to hold: the next one lies a little closer."""
+
+_SMALLEST = 0.1
+
+_FIRST = 2
+"""The first iteration whose trial tells: the model of a single trial knows nothing that repeats."""
+
+
+def measured_deviations(
+    task: Task, covariances: Array, previous: Iteration | None, trial: Rollout | None
+) -> Array:
+    """Return standard deviations of what will be measured, shape (H + 1, D).
+
+    Args:
+        task: Tells the noise of the sensors.
+        covariances: Predicted ones, shape (H + 1, D, D).
+        previous: The iteration before, with its prediction; None for none.
+        trial: That of its policy; None if there is none.
+    """
+    scale = 1.0
+    if previous is not None and trial is not None and previous.index >= _FIRST:
+        off = trial.states - previous.predicted_means
+        angles = list(task.state_layout.angles)
+        off[:, angles] = np.arctan2(np.sin(off[:, angles]), np.cos(off[:, angles]))
+        positions = task.state_size // 2  # what is shown and watched
+        ratios = np.abs(off) / _uncorrected(task, previous.predicted_covariances)
+        scale = max(float(np.quantile(ratios[1:, :positions], _HELD)) / 2.0, _SMALLEST)
+    return scale * _uncorrected(task, covariances)
+
+
+def _uncorrected(task: Task, covariances: Array) -> Array:
+    variances = np.maximum(np.diagonal(covariances, axis1=1, axis2=2), 0.0)
+    deviations: Array = np.sqrt(variances + task.noise**2)
+    return deviations
