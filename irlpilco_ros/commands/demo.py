@@ -52,7 +52,7 @@ examples:
   irlpilco demo --preset delayed             a robot that runs 0.4 s behind
   irlpilco demo --robot miscalibrated        joints that make 0.6 to 1.2 times the commanded speed
   irlpilco demo --control-period 0.1         ten decisions a second
-  irlpilco demo --moved config/places.yaml   then move the pile, and sweep there
+  irlpilco demo --moved config/places.yaml    then move the pile, and sweep there
   irlpilco demo --real-time-factor 1         watch it at the robot's own speed
 """
 
