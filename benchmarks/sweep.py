@@ -1,4 +1,4 @@
-"""Fifteen iterations of learning the sweep with default settings on the simulated Baxter.
+"""Fifteen iterations of learning the cornered sweep with default settings on the simulated Baxter.
 
 Only computing is timed, not the robot: the thesis needed about thirty hours for fifteen.
 """
@@ -15,6 +15,7 @@ from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration, run_episode
+from sim_bridge.motion_files import CORNERED, load_motion
 from sim_bridge.simulation_settings import SimulationSettings
 
 ITERATIONS = 15
@@ -27,7 +28,7 @@ def main() -> None:
     """Print the computing time and the error of every iteration."""
     print(conditions())
     simulation = BaxterSimulation(SimulationSettings())
-    task = Task((play_demonstration(simulation),), 0.5, VELOCITY_LIMIT)
+    task = Task((play_demonstration(simulation, load_motion(CORNERED)),), 0.5, VELOCITY_LIMIT)
     start = task.reference_states()[0, : task.control_size]
     settings = LearningSettings()
 

@@ -44,7 +44,10 @@ class DemonstratorSettings:
     """What the demonstrator shows and how fast it goes to the start."""
 
     motion_file: str = setting(
-        "", "YAML file of the motion; empty: the sweep that comes with the package.", read_only=True
+        "",
+        "YAML file of the motion, or the name of one that comes with the package: sweep_by_hand, "
+        "cornered_sweep; empty: sweep_by_hand.",
+        read_only=True,
     )
     approach_speed: float = setting(
         0.4,

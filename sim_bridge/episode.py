@@ -18,6 +18,7 @@ from irlpilco_ros.control.motion_control import MotionControl, Outcome
 from irlpilco_ros.control.motions import (
     ActingPolicy,
     Command,
+    Guard,
     Motion,
     MotionStoppedError,
     Trial,
@@ -27,7 +28,7 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.rollout import Rollout, mean_command
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.errors import ApproachError
-from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
+from sim_bridge.guided_motion import Guidable, MinimumJerk
 from sim_bridge.joints import ARM_JOINTS
 from sim_bridge.motion_files import load_motion
 from sim_bridge.sensor_reading import SensorReading
@@ -95,8 +96,11 @@ def run_trial(
     horizon: int,
     dt: float = 0.5,
     each_state: Callable[[], None] | None = None,
+    guard: Guard | None = None,
 ) -> Rollout:
     """Run one trial from where the robot is; arguments and result as `run_episode`.
+
+    A guard looks at the state at every tick.
 
     Raises:
         MotionStoppedError: a check stopped the robot, as it would on the real one.
@@ -111,7 +115,7 @@ def run_trial(
         if each_state is not None:
             each_state()
 
-    outcome = _carry_out(robot, Trial(policy, horizon, dt), note)
+    outcome = _carry_out(robot, Trial(policy, horizon, dt, guard), note)
     if not outcome.succeeded:
         raise MotionStoppedError(outcome.message)
     controls = [mean_command(np.array(each)) for each in sent.values()]
@@ -186,7 +190,7 @@ def _with_shoulders(positions: Vector, s0: ArrayLike, s1: ArrayLike) -> Vector:
 
 def play_demonstration(
     simulation: BaxterSimulation,
-    motion: GuidedMotion | None = None,
+    motion: Guidable | None = None,
     dt: float = 0.5,
     each_state: Callable[[], None] | None = None,
 ) -> Rollout:
@@ -194,7 +198,7 @@ def play_demonstration(
 
     Args:
         simulation: The robot, wherever it is.
-        motion: What to show; None is the sweep that comes with the package.
+        motion: What to show; None is the sweep as a hand shows it.
         dt: Sampling period [s].
         each_state: Called at every joint state, from the start of the motion to its end.
 
@@ -208,7 +212,7 @@ def play_demonstration(
     return guide_through(simulation, shown, dt, each_state)
 
 
-def guide_to_start(simulation: BaxterSimulation, motion: GuidedMotion) -> None:
+def guide_to_start(simulation: BaxterSimulation, motion: Guidable) -> None:
     """Guide the arms smoothly to the first waypoint."""
     index = [simulation.joint_names.index(name) for name in motion.joints]
     start, _ = motion.at(0.0)
@@ -223,7 +227,7 @@ def guide_to_start(simulation: BaxterSimulation, motion: GuidedMotion) -> None:
 
 def guide_through(
     simulation: BaxterSimulation,
-    motion: GuidedMotion,
+    motion: Guidable,
     dt: float = 0.5,
     each_state: Callable[[], None] | None = None,
 ) -> Rollout:

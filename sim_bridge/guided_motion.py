@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,21 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 Vector = NDArray[np.float64]
 
 _CORNER = 0.03  # [s]: corners are rounded over twice this time
+
+
+class Guidable(Protocol):
+    """A motion that a hand can guide the arms through."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names (J,)."""
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+
+    def at(self, time: float) -> tuple[Vector, Vector]:
+        """Return positions (J,) [rad] and velocities (J,) [rad/s] at a time since the start [s]."""
 
 
 @dataclass(frozen=True)

@@ -73,6 +73,13 @@ class SimulationSettings(PaceSettings):
         minimum=0,
         read_only=True,
     )
+    obstacle: tuple[float, ...] = setting(
+        (),
+        "Where a ball of 0.1 m across stands fast in the way of the arms, from Baxter's base (x "
+        "forward, y to its left, z up); empty: nothing is in their way.",
+        unit="m",
+        read_only=True,
+    )
     object_place: tuple[float, ...] = setting(
         (0.0, 0.0, 0.0),
         "Where the pile lies, relative to where the sweep was shown: x, y [m], and turned by [rad] "
@@ -94,6 +101,11 @@ class SimulationSettings(PaceSettings):
             raise InvalidSettingError(
                 f"SimulationSettings.speed_factor has {len(self.speed_factor)} values; expected 1 "
                 f"for all joints, or {len(ARM_JOINTS)}: {', '.join(ARM_JOINTS)}"
+            )
+        if len(self.obstacle) not in (0, 3):
+            raise InvalidSettingError(
+                f"SimulationSettings.obstacle has {len(self.obstacle)} values; expected 3, its "
+                "place [x, y, z] [m], or none"
             )
 
         for name, size, meaning in (

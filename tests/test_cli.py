@@ -138,7 +138,11 @@ def test_counts_that_count_nothing_are_wrong_usage(capsys, words):
 @pytest.mark.parametrize(
     ("option", "file", "said"),
     [
-        ("--settings", "baxter.yaml", "sets command_interface, effort_limit, joints"),
+        (
+            "--settings",
+            "baxter.yaml",
+            "sets acceleration_limit, command_interface, effort_limit, joints",
+        ),
         ("--robot", "sweep.yaml", "which do not belong in the robot's file"),
     ],
 )

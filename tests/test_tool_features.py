@@ -25,7 +25,7 @@ from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import run_episode
 from sim_bridge.joints import ARM_JOINTS
 
-SWEEP = Path(__file__).parents[1] / "bags" / "sweep"
+SWEEP = Path(__file__).parents[1] / "bags" / "cornered_sweep"
 
 
 def baxter() -> RobotSettings:

@@ -57,7 +57,8 @@ Every parameter of every node, written by `make docs` from the classes that decl
 running node `ros2 param describe NODE NAME` says the same. The shipped files are
 [config/baxter.yaml](../config/baxter.yaml) (robot),
 [config/baxter_simulator.yaml](../config/baxter_simulator.yaml) (simulated robot),
-[config/sweep.yaml](../config/sweep.yaml) (learner, best settings) and
+[config/sweep.yaml](../config/sweep.yaml) (learner, best settings),
+[config/cornered_sweep.yaml](../config/cornered_sweep.yaml) (learner, velocities held at 2 Hz) and
 [config/thesis.yaml](../config/thesis.yaml) (learner, the thesis's settings).
 
 - A file may be given to several nodes: each takes what is its own. A node that is started with a

@@ -29,10 +29,16 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("simulated robot")
     group.add_argument(
         "--preset",
-        choices=("compliant", "stiff", "delayed"),
-        default="compliant",
-        help="servos: soft and 50 ms late (default), doing what they are told, or 0.4 s behind "
-        "like a real Baxter's",
+        choices=("default", "compliant", "stiff", "delayed"),
+        default="default",
+        help="servos: compliant, soft and 50 ms late (default); stiff, doing what they are told; "
+        "delayed, 0.4 s behind like a real Baxter's",
+    )
+    group.add_argument(
+        "--motion",
+        default="",
+        metavar="FILE",
+        help="what is shown: YAML file of a motion, or sweep_by_hand (default) or cornered_sweep",
     )
     group.add_argument(
         "--control-period",
@@ -89,12 +95,13 @@ def start_nodes(
     if arguments.control_period is not None:
         learner += _values({"learner:control_period": arguments.control_period})
     simulator = [*robot, *_values(_simulation_parameters(arguments))]
+    shown = _values({"motion_file": arguments.motion} if arguments.motion else {})
     controller = list(robot)
     if arguments.position_margin is not None:
         controller += _values({"position_margin": arguments.position_margin})
     for module, options in (
         ("sim_bridge.baxter_simulator_node", simulator),
-        ("sim_bridge.demonstrator_node", robot),
+        ("sim_bridge.demonstrator_node", [*robot, *shown]),
         ("irlpilco_ros.nodes.demonstration_recorder", robot),
         ("irlpilco_ros.nodes.controller", controller),
         ("irlpilco_ros.nodes.learner", learner),
@@ -107,9 +114,10 @@ def _simulation_parameters(arguments: argparse.Namespace) -> dict[str, object]:
     """Return what the simulator is told; what nobody asked for keeps its default."""
     values: dict[str, object] = {
         "seed": arguments.seed,
-        "preset": arguments.preset,
         "lockstep": arguments.real_time_factor is None,
     }
+    if arguments.preset != "default":
+        values["preset"] = arguments.preset
     if str(arguments.robot) == MISCALIBRATED:
         values |= _miscalibrated(arguments)
     for name in ("speed_factor", "command_lag", "real_time_factor"):

@@ -108,6 +108,14 @@ class ControllerSettings:
         minimum=0.2,
         maximum=10.0,
     )
+    guard_sigma: float = setting(
+        0.0,
+        "A joint that is so many predicted standard deviations (and 0.02 rad) from where it was "
+        "predicted at a tick of a trial stops the robot: something is in its way. 0: it is not "
+        "looked at. Try 6.",
+        minimum=0.0,
+        maximum=1000.0,
+    )
     position_margin: float = setting(
         0.05,
         "A joint this near to its limit and moving on stops the robot, as does one beyond it; "
@@ -142,7 +150,7 @@ class ControllerSettings:
         check(self)
 
 
-GUARDS = ("state_timeout", "command_timeout", "stall_timeout", "position_margin")
+GUARDS = ("state_timeout", "command_timeout", "stall_timeout", "guard_sigma", "position_margin")
 """What guards a motion: a change of it ends one that is going on."""
 
 

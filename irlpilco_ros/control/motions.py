@@ -67,6 +67,17 @@ class ActingPolicy(Protocol):
         """Return the control (F,) for the state [q, q_dot] (2J,) at this tick."""
 
 
+class Guard(Protocol):
+    """What looks at the state at every tick of a trial."""
+
+    def check(self, tick: int, positions: Vector) -> None:
+        """Look at positions (J,) [rad].
+
+        Raises:
+            MotionStoppedError: the trial must not go on.
+        """
+
+
 class Trial:
     """Runs a policy for `horizon` ticks.
 
@@ -79,13 +90,16 @@ class Trial:
     name = "trial"
     may_push = True
 
-    def __init__(self, policy: ActingPolicy, horizon: int, period: float) -> None:
-        """Run this policy for `horizon` ticks of `period` [s]."""
+    def __init__(
+        self, policy: ActingPolicy, horizon: int, period: float, guard: Guard | None = None
+    ) -> None:
+        """Run this policy for `horizon` ticks of `period` [s]; a guard sees each of them first."""
         self._policy = policy
         self._horizon = horizon
         self._period = round(period * 1e9)
         self._begin: int | None = None
         self._ticks = 0
+        self._guard = guard
         self._shape = command_shape(policy)
         self._last = Command(0, np.zeros(0))
 
@@ -98,7 +112,8 @@ class Trial:
         """Decide, if this state is a tick; else go on by the last decision.
 
         Raises:
-            MotionStoppedError: no state came during a whole period: a tick would be lost.
+            MotionStoppedError: no state came during a whole period: a tick would be lost; or the
+                guard stops it.
         """
         if self._last.done:  # braking
             return self._last
@@ -113,6 +128,8 @@ class Trial:
                 f"joint states jumped over tick {self._ticks} by {late:.3f} s; a tick needs a "
                 f"state within its {self._period * 1e-9:g} s: is the network or the robot stalled?"
             )
+        if self._guard is not None:
+            self._guard.check(self._ticks, reading.positions)
         if self._ticks == self._horizon:
             self._last = Command(reading.stamp, np.zeros_like(self._last.values), done=True)
             return self._last

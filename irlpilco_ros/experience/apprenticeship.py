@@ -31,8 +31,9 @@ from irlpilco_ros.experience.errors import (
 from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow, with_path
 from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.places import SAME, Place, read_places
-from irlpilco_ros.experience.policy_file import policy_to_parameters
+from irlpilco_ros.experience.policy_file import PREDICTED, policy_to_parameters
 from irlpilco_ros.experience.practice import Adapted, Forecast, Plan, Practice, task_of_motions
+from irlpilco_ros.experience.predicted_band import PredictedBand
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
@@ -57,7 +58,7 @@ WITHOUT_EFFECT = ("threads",)
 """Settings that change how long learning takes, but not its results."""
 
 
-_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period")
+_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period", *PREDICTED)
 
 
 @dataclass(frozen=True)
@@ -281,6 +282,9 @@ class Apprenticeship:
         """
         iteration = self._with_note(self._loop.propose(progress))
         parameters = controller_parameters(self.task, iteration.policy, self._robot)
+        band = PredictedBand.of(iteration, self._robot.roles)
+        if band is not None:
+            parameters |= band.to_parameters()
         self._write(iteration, self._alone(parameters))
         return Plan(iteration, parameters)
 
@@ -423,7 +427,7 @@ class Apprenticeship:
 
     def _alone(self, parameters: dict[str, Any]) -> dict[str, Any]:
         """Return what a policy file holds beside the policy, to run it without anything else."""
-        own = {name: parameters[name] for name in _OF_A_TRIAL}
+        own = {name: parameters[name] for name in _OF_A_TRIAL if name in parameters}
         robot = {
             name: value
             for name, value in values_of(self._robot).items()
@@ -452,9 +456,10 @@ class Apprenticeship:
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        robot, horizon = self._robot, self.task.horizon
+        robot, horizon, limits = self._robot, self.task.horizon, self._robot.acceleration_limits
+        reach = limits * robot.control_period if limits.size else None
         search = self.directory.search_trials(
-            robot.roles, horizon, self.next_index, robot.control_period
+            robot.roles, horizon, self.next_index, robot.control_period, reach
         )
         for bag, error in search.wrong.items():
             self.notes += (self._pass_over(bag, error),)

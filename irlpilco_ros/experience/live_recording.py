@@ -60,7 +60,7 @@ class LiveRecording:
         self._directory = directory
         self._joints = tuple(joints)
         self._merger = JointMerger(joints, period)
-        self._sampler = Sampler(joints, period)
+        self._sampler = Sampler(joints, period, all_commands=not full_rate)
         self._tally = RecordingTally(joints, continuous, motion)
         self._writer: DurableBagWriter | None = None
         self._state_topic = cache(state_topic)

@@ -39,6 +39,10 @@ HISTORY = "command_history"
 """Number of its last commands that a policy sees; left out where it is none."""
 
 
+PREDICTED = (f"{PREFIX}predicted_positions", f"{PREFIX}predicted_deviations")
+"""What the model expects of the policy's trial, beside the policy itself (see `PredictedBand`)."""
+
+
 def policy_fields() -> dict[str, Declared]:
     """Return every field that a policy of any kind can have, by the name of its ROS parameter.
 
@@ -86,7 +90,7 @@ def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
 def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joints]:
     """Return the policy that ROS parameters describe, and its joints.
 
-    Parameters that do not start with `policy.` are left alone.
+    Parameters that do not start with `policy.` are left alone, as is what was predicted.
 
     Raises:
         InvalidSettingError: unknown kind, missing or unknown parameter, wrong length or type,
@@ -95,7 +99,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
     fields = {
         name.removeprefix(PREFIX): value
         for name, value in parameters.items()
-        if name.startswith(PREFIX)
+        if name.startswith(PREFIX) and name not in PREDICTED
     }
     absent = [name for name in ("kind", "joints") if not fields.get(name)]
     if absent:
@@ -131,14 +135,15 @@ def write_policy_file(
         policy: The policy.
         joints: Its joints, in order.
         controller_parameters: What else the controller needs to run it alone, flat: the robot
-            settings and the start position [rad].
+            settings, the start position [rad], and what was predicted of the trial.
     """
     tree: dict[str, Any] = {
         name: _plain(value) for name, value in sorted((controller_parameters or {}).items())
     }
+    predicted = {name: tree.pop(name) for name in PREDICTED if name in tree}
     tree["policy"] = {
         name.removeprefix(PREFIX): value
-        for name, value in policy_to_parameters(policy, joints).items()
+        for name, value in {**policy_to_parameters(policy, joints), **predicted}.items()
     }
     text = yaml.safe_dump(
         {SECTION: {"ros__parameters": tree}}, sort_keys=False, default_flow_style=None, width=100

@@ -97,7 +97,8 @@ class Plan:
 
     Attributes:
         iteration: What was learned for it, and the policy that the robot is to try.
-        parameters: What the controller needs for it: policy and start position [rad].
+        parameters: What the controller needs for it: policy, start position [rad], and what is
+            predicted of it.
     """
 
     iteration: Iteration

@@ -59,6 +59,7 @@ from irlpilco_ros.experience.trial_cache import kept_trial
 from irlpilco_ros.experience.trials import TrialSearch, find_trials
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
 
@@ -294,7 +295,12 @@ class RunDirectory:
         return tuple(map(self.read_path, demonstration_bags(self.demonstration_directory)))
 
     def search_trials(
-        self, joints: Joints, horizon: int, since: int = 0, period: float | None = None
+        self,
+        joints: Joints,
+        horizon: int,
+        since: int = 0,
+        period: float | None = None,
+        reach: Array | None = None,
     ) -> TrialSearch:
         """Return the whole trials by the iteration whose policy ran in them.
 
@@ -307,6 +313,7 @@ class RunDirectory:
             horizon: Control periods of a trial.
             since: First iteration to look for; the bags of judged ones before it are not read.
             period: Control period that trials must have [s]; None for any.
+            reach: By how much commands may change in it (F,) [rad/s]; None for any.
         """
         judged = {row.trial for row in self.metrics() if (row.iteration or 0) < since}
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
@@ -317,7 +324,7 @@ class RunDirectory:
             seen = path.trial(joints, horizon, period)
             return seen, path.trial(joints, horizon, period, smooth=True)
 
-        return find_trials(bags, policies, joints, read)
+        return find_trials(bags, policies, joints, read, reach)
 
     def set_aside(self, bag: Path) -> Path:
         """Rename a trial's bag that cannot be read: nobody learns from it, and its data stay.

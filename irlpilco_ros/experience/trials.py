@@ -12,6 +12,7 @@ import numpy as np
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.joints import Joints, PolicyOf
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.rollout import Rollout
 
@@ -57,6 +58,7 @@ def find_trials(
     policies: Mapping[int, Policy],
     joints: Joints,
     read: Callable[[Path], tuple[Rollout, Rollout]],
+    reach: Array | None = None,
 ) -> TrialSearch:
     """Find the trials of policies among bags.
 
@@ -66,6 +68,7 @@ def find_trials(
         joints: Joints of the run, in order.
         read: Returns the trial in a bag, as the policy saw it and as it is learned from, or raises
             BagError.
+        reach: See `departure`.
     """
     found: dict[int, RecordedTrial] = {}
     wrong: dict[Path, BagError] = {}
@@ -76,17 +79,25 @@ def find_trials(
             wrong[path] = error
             continue
         free = {k: policy for k, policy in sorted(policies.items()) if k not in found}
-        off = {k: departure(policy, seen, joints) for k, policy in free.items()}
-        fitting = [k for k in free if off[k] <= _tolerance(free[k])]
+        off = {k: departure(policy, seen, joints, reach) for k, policy in free.items()}
+        fitting = [k for k in free if off[k] <= _tolerance(free[k], reach)]
         if fitting:
             found[min(fitting, key=off.__getitem__)] = RecordedTrial(number, path, rollout)
     return TrialSearch(found, wrong)
 
 
-def departure(policy: Policy, rollout: Rollout, joints: Joints) -> float:
+def departure(
+    policy: Policy, rollout: Rollout, joints: Joints, reach: Array | None = None
+) -> float:
     """Return by how much a rollout's controls differ from the policy's at most [rad/s].
 
     Infinite if it is no policy for these joints, or nobody commanded them.
+
+    Args:
+        policy: What may have acted.
+        rollout: What was done.
+        joints: Joints of the run, in order.
+        reach: By how much each command may change in a control period (F,) [rad/s]; None for any.
     """
     if not rollout.commanded or len(policy.control_limit) != rollout.controls.shape[1]:
         return math.inf
@@ -95,15 +106,26 @@ def departure(policy: Policy, rollout: Rollout, joints: Joints) -> float:
     except InvalidSettingError:  # a policy for other joints
         return math.inf
     largest = 0.0
-    tolerance = _tolerance(policy)
+    tolerance = _tolerance(policy, reach)
+    sent = np.zeros(rollout.controls.shape[1])
     for step, (state, control) in enumerate(
         zip(rollout.states[:-1], rollout.controls, strict=True)
     ):
-        largest = max(largest, float(np.abs(acting.act(state, step) - control).max()))
+        expected = acting.act(state, step)
+        if reach is not None and not policy.blend:
+            expected, sent = _brought_within(expected, sent, reach)
+        largest = max(largest, float(np.abs(expected - control).max()))
         if largest > tolerance:
             return math.inf
     return largest
 
 
-def _tolerance(policy: Policy) -> float:
-    return NEARLY_SAME_COMMAND if policy.blend else SAME_COMMAND
+def _brought_within(wanted: Array, before: Array, reach: Array) -> tuple[Array, Array]:
+    """Return mean and end of a period's commands that go from `before` to `wanted` steadily."""
+    change = np.clip(wanted - before, -reach, reach)
+    end = before + change
+    return end - 0.5 * change * np.abs(change) / reach, end
+
+
+def _tolerance(policy: Policy, reach: Array | None) -> float:
+    return SAME_COMMAND if reach is None and not policy.blend else NEARLY_SAME_COMMAND

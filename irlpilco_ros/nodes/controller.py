@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from irlpilco_ros.control.approach import Approach
+from irlpilco_ros.control.band_guard import BandGuard
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.control.motion_control import MotionControl, MotionRefusedError, Outcome
 from irlpilco_ros.control.motions import Command, Motion, Trial
@@ -26,6 +27,7 @@ from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.policies import Policy
+from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.command_output import CommandOutput
 from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
 from irlpilco_ros.ros.messages import clock_time
@@ -35,6 +37,9 @@ from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.suite_node import SuiteNode
+
+PATIENCE = 1.0
+"""How long a motion waits for joint states before it is refused for the lack of them [s]."""
 
 WATCH_PERIOD = 0.01
 """How often silence of the joint states is looked for [s]."""
@@ -69,6 +74,7 @@ class Controller(SuiteNode):
                 self, JointState, settings.guide_topic, self._hear_guide, JOINT_COMMAND
             )
         self._health = Health(self)
+        self._calls = Clients(self)
         self._offer_services()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
@@ -130,6 +136,7 @@ class Controller(SuiteNode):
         self._hear_stranger(f"somebody guides the robot by hand, on {topic}")
 
     async def _run_trial(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        await self._listen()
         policy = self._policy.policy
         if policy is None:
             return _refusal(response, "there is no policy; set the parameters policy.* first")
@@ -145,13 +152,40 @@ class Controller(SuiteNode):
                 "it is not known how many decisions a trial has; set the parameter trial_horizon, "
                 "as the learner does with its policies",
             )
+        try:
+            guard = self._guard_of_trial(horizon)
+        except MotionRefusedError as error:
+            return _refusal(response, str(error))
         period = self._control.settings.trial_control_period or robot.control_period
-        trial = Trial(PolicyOf(robot.roles, policy), horizon, period)
+        trial = Trial(PolicyOf(robot.roles, policy), horizon, period, guard)
         return await self._move(trial, response)
+
+    def _guard_of_trial(self, horizon: int) -> BandGuard | None:
+        """Return what watches a trial; None if nobody asks for it, or nothing was predicted.
+
+        Raises:
+            MotionRefusedError: what was predicted is a trial of another length.
+        """
+        sigma, band = self._control.settings.guard_sigma, self._policy.band
+        if not sigma:
+            return None
+        if band is None:
+            self.get_logger().warning(
+                "nothing was predicted of this policy's trial: guard_sigma does not watch it"
+            )
+            return None
+        if band.horizon != horizon:
+            raise MotionRefusedError(
+                f"the trial has {horizon} decisions, but {band.horizon} were predicted "
+                "(policy.predicted_positions): guard_sigma cannot watch it; set it to 0, or "
+                "trial_horizon with the policy"
+            )
+        return BandGuard(self._robot.roles, band, sigma)
 
     async def _move_to_start(
         self, _: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
+        await self._listen()
         settings = self._control.settings
         if not settings.start_position:
             return _refusal(response, "there is no start; set the parameter start_position first")
@@ -160,6 +194,14 @@ class Controller(SuiteNode):
         start = np.array(settings.start_position)
         approach = Approach(self._robot.joints, start, self._robot.control_limit, settings)
         return await self._move(approach, response)
+
+    async def _listen(self) -> None:
+        """Wait a moment for joint states if they lack: one look at a busy computer tells little."""
+        end = time.monotonic() + PATIENCE
+        while self._control.motion is None and time.monotonic() < end:
+            if not self._control.silence(time.monotonic()):
+                return
+            await self._calls.sleep(WATCH_PERIOD)
 
     async def _move(self, motion: Motion, response: Trigger.Response) -> Trigger.Response:
         """Run a motion to its end and answer how it ended."""

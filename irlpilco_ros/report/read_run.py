@@ -13,15 +13,16 @@ from irlpilco_ros.experience.best_trial import best_command
 from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
-from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
+from irlpilco_ros.experience.path_quality import UNKNOWN, MotionPath, PathQuality
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
-from irlpilco_ros.experience.shown_motion import Wanted, shown_motions
+from irlpilco_ros.experience.shown_motion import ShownMotion, Wanted, shown_motions
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import convert
 from irlpilco_ros.learning.state_layout import StateLayout
+from irlpilco_ros.report.courses import TRIAL, course, course_of_trial
 from irlpilco_ros.report.resimulation import can_resimulate
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -46,7 +47,8 @@ def read_run(run: RunDirectory) -> RunSummary:
             "learning iteration is over"
         )
     bags = {row.trial: run.trials_directory / f"{row.trial:03d}" for row in rows}
-    shown = [each.rollout.states for each in shown_motions(run.demonstrations(), wanted)]
+    motions = shown_motions(run.demonstrations(), wanted)
+    shown = [each.rollout.states for each in motions]
     horizon = len(shown[0]) - 1
     trials = [run.read_trial(bags[row.trial], joints, horizon) for row in rows]
     found = {k: run.read_iteration(k) for k in run.iterations() if k < run.moved_at}
@@ -73,6 +75,7 @@ def read_run(run: RunDirectory) -> RunSummary:
         best_command=best_command(run),
         replay_path=_path(replay_row),
         demonstration_path=_path(run.baseline_metrics(DEMONSTRATION)),
+        courses=_courses(run, motions[0], joints, horizon * wanted.period, bags[rows[-1].trial]),
         **_words(configuration, joints),
     )
 
@@ -181,6 +184,22 @@ def _path(row: MetricsRow | None) -> PathQuality:
 def _replay(run: RunDirectory, row: MetricsRow, joints: Joints, horizon: int) -> np.ndarray:
     rollout = run.read_trial(run.replay_directory / f"{row.trial:03d}", joints, horizon)
     return rollout.states[:, : len(joints.names)]
+
+
+def _courses(
+    run: RunDirectory, shown: ShownMotion, joints: Joints, seconds: float, trial: Path
+) -> dict[str, MotionPath]:
+    """Return what was done between the decisions; of several demonstrations, the first."""
+    begin = float(shown.samples.stamps[0]) + shown.begin
+    found = {
+        DEMONSTRATION: course(run.demonstration_paths()[0], joints, begin, seconds),
+        TRIAL: course_of_trial(run.read_path(trial), joints),
+    }
+    replay = run.baseline_metrics(REPLAY)
+    if replay is not None:
+        bag = run.replay_directory / f"{replay.trial:03d}"
+        found[REPLAY] = course_of_trial(run.read_path(bag), joints)
+    return {name: path for name, path in found.items() if path is not None}
 
 
 def _inputs(trial: Rollout, layout: StateLayout) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Recorded motions once more in simulation, with debris on the table, for pictures and counts.
 
-A motion is played back by guiding the simulated arms along the recorded positions, so that what
-is seen and counted is the motion in the bag and not a new attempt of the policy. The functions
-run in processes of their own (`workers`).
+A motion is played back by guiding the simulated arms along all joint states that were recorded, so
+that what is seen and counted is the motion in the bag and not a new attempt of the policy. The
+functions run in processes of their own (`workers`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_bridge.guided_motion import GuidedMotion
+from sim_bridge.guided_motion import Guidable, GuidedMotion
 from sim_bridge.joints import ARM_JOINTS
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def _leave_interrupts_to_the_parent() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def count_debris(motion: GuidedMotion, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)) -> int:
+def count_debris(motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)) -> int:
     """Return how many of `PIECES`, scattered by a seed, are in the pan after a motion.
 
     Args:
@@ -92,11 +92,13 @@ def count_debris(motion: GuidedMotion, seed: int, place: Sequence[float] = (0.0,
     from sim_bridge.episode import guide_through
 
     simulation = _at_start(motion, seed, place)
-    guide_through(simulation, _with_rest(motion), motion.interval)
+    guide_through(simulation, motion)
+    end, _ = motion.at(motion.duration)
+    guide_through(simulation, GuidedMotion(motion.joints, SETTLING_TIME, np.stack([end, end])))
     return simulation.debris_in_pan()
 
 
-def film(motion: GuidedMotion, seed: int) -> Film:
+def film(motion: Guidable, seed: int) -> Film:
     """Return pictures of a motion through debris that is scattered by a seed.
 
     Raises:
@@ -116,7 +118,7 @@ def film(motion: GuidedMotion, seed: int) -> Film:
                 times.append(simulation.time)
 
         draw()
-        guide_through(simulation, motion, motion.interval, draw)
+        guide_through(simulation, motion, each_state=draw)
     return Film(np.stack(frames), np.array(times))
 
 
@@ -129,7 +131,7 @@ def _simplify(model: Any) -> None:
 
 
 def _at_start(
-    motion: GuidedMotion, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)
+    motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> BaxterSimulation:
     from sim_bridge.baxter_simulation import BaxterSimulation
     from sim_bridge.simulation_settings import SimulationSettings
@@ -138,12 +140,6 @@ def _at_start(
     simulation = BaxterSimulation(settings)
     positions = simulation.true_positions
     index = [simulation.joint_names.index(joint) for joint in motion.joints]
-    positions[index] = motion.waypoints[0]
+    positions[index], _ = motion.at(0.0)
     simulation.reset(positions=positions)
     return simulation
-
-
-def _with_rest(motion: GuidedMotion) -> GuidedMotion:
-    steps = round(SETTLING_TIME / motion.interval)
-    rest = np.repeat(motion.waypoints[-1:], steps, axis=0)
-    return GuidedMotion(motion.joints, motion.interval, np.concatenate([motion.waypoints, rest]))

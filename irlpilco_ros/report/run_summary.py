@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from irlpilco_ros.experience.path_quality import UNKNOWN, PathQuality
+from irlpilco_ros.experience.path_quality import UNKNOWN, MotionPath, PathQuality
 
 FloatArray = NDArray[np.float64]
 
@@ -96,6 +97,8 @@ class RunSummary:
         commands: what the robot is commanded, "velocities" or "efforts".
         replay_path: how the replay went between the decisions.
         demonstration_path: the same of the demonstration.
+        courses: the demonstration, the replay and the latest trial between the decisions, by these
+            names; those of which every joint state was recorded.
         best_command: what runs the policy of the best trial; "" if nobody knows.
     """
 
@@ -117,6 +120,7 @@ class RunSummary:
     best_command: str = ""
     replay_path: PathQuality = UNKNOWN
     demonstration_path: PathQuality = UNKNOWN
+    courses: Mapping[str, MotionPath] = field(default_factory=dict)
 
     @property
     def path_is_known(self) -> bool:

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from irlpilco_ros.experience import metrics
 from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.report.courses import TRIAL
 from irlpilco_ros.report.debris_figure import DEMONSTRATION, LEARNED, REPLAY
 from irlpilco_ros.report.resimulation import (
     PIECES,
@@ -19,7 +21,8 @@ from irlpilco_ros.report.resimulation import (
     film,
 )
 from irlpilco_ros.report.run_summary import DebrisCount, RunSummary
-from sim_bridge.guided_motion import GuidedMotion
+from sim_bridge.guided_motion import Guidable, GuidedMotion
+from sim_bridge.recorded_motion import RecordedMotion
 
 DEBRIS_SEEDS = tuple(range(6))
 FILM_SEED = 1
@@ -64,13 +67,7 @@ class SweepJobs:
         """Begin with the simulation of a run's sweeps; of another robot, of none."""
         if not can_resimulate(run.joints):
             return cls({}, {})
-        interval = float(run.times[1] - run.times[0])
-        ways = {DEMONSTRATION: run.demonstration, REPLAY: run.replay, LEARNED: run.last.trial}
-        motions = {
-            way: GuidedMotion(run.joints, interval, positions)
-            for way, positions in ways.items()
-            if positions is not None
-        }
+        motions = _motions(run)
         shown = {DEMONSTRATION: DEMONSTRATION, f"trial {run.last.index}": LEARNED}
         films = {name: pool.submit(film, motions[way], FILM_SEED) for name, way in shown.items()}
         counts = {
@@ -109,3 +106,25 @@ class SweepJobs:
             tell(number / len(self.counts))
             counts[way] = np.array([job.result() for job in jobs])
         return DebrisCount(DEBRIS_SEEDS, PIECES, counts)
+
+
+def _motions(run: RunSummary) -> dict[str, Guidable]:
+    """Return what is swept by: all that the robot did, or what was sampled of it.
+
+    Between the samples of a bag that holds nothing else the arms go straight.
+    """
+    interval = float(run.times[1] - run.times[0])
+    ways = {
+        DEMONSTRATION: (metrics.DEMONSTRATION, run.demonstration),
+        REPLAY: (metrics.REPLAY, run.replay),
+        LEARNED: (TRIAL, run.last.trial),
+    }
+    motions: dict[str, Guidable] = {}
+    for way, (name, sampled) in ways.items():
+        done = run.courses.get(name)
+        if done is not None:
+            parts = (done.times, done.positions, done.velocities)
+            motions[way] = RecordedMotion(run.joints, *parts)
+        elif sampled is not None:
+            motions[way] = GuidedMotion(run.joints, interval, sampled)
+    return motions

@@ -9,7 +9,13 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable
 
-from irlpilco_ros.experience.policy_file import HISTORY, JOINT_LISTS, PREFIX, policy_fields
+from irlpilco_ros.experience.policy_file import (
+    HISTORY,
+    JOINT_LISTS,
+    PREDICTED,
+    PREFIX,
+    policy_fields,
+)
 from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -22,7 +28,7 @@ _PREFIXES_OF_ROS = ("qos_overrides.",)
 
 def known_parameters() -> set[str]:
     """Return the names of the parameters of all nodes, those of extensions and of ROS included."""
-    names = {*NODE_PARAMETERS, *_OF_ROS, PREFIX + "kind", *policy_fields()}
+    names = {*NODE_PARAMETERS, *_OF_ROS, PREFIX + "kind", *policy_fields(), *PREDICTED}
     names |= {PREFIX + name for name in (HISTORY, *JOINT_LISTS)}
     for settings in (RobotSettings, LearningSettings):  # with those of extensions
         names |= set(declarations(settings))

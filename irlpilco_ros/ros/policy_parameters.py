@@ -11,10 +11,12 @@ from rclpy.parameter import Parameter
 from irlpilco_ros.control.safety import check_policy
 from irlpilco_ros.experience.policy_file import (
     HISTORY,
+    PREDICTED,
     PREFIX,
     policy_fields,
     policy_from_parameters,
 )
+from irlpilco_ros.experience.predicted_band import PredictedBand
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.policies import REGISTRY, Policy
@@ -30,6 +32,11 @@ _TEXTS = {
     PREFIX + "unactuated_joints": "Those of them that the policy does not move.",
     PREFIX + "continuous_joints": "Those of them that it sees as sine and cosine of their angle.",
 }
+_PREDICTED_TEXTS = (
+    "What the model expects of the trial: positions of `policy.joints` at its ticks, from 0 on "
+    "[rad]; empty where nothing was predicted. See guard_sigma.",
+    "Their standard deviations [rad].",
+)
 _SCALARS = {int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE}
 
 
@@ -38,6 +45,9 @@ def policy_parameters() -> dict[str, ParameterDescriptor]:
     found = {}
     for name, text in _TEXTS.items():
         kind = Parameter.Type.STRING if name == _KIND else Parameter.Type.STRING_ARRAY
+        found[name] = ParameterDescriptor(name=name, type=kind.value, description=text)
+    for name, text in zip(PREDICTED, _PREDICTED_TEXTS, strict=True):
+        kind = Parameter.Type.DOUBLE_ARRAY
         found[name] = ParameterDescriptor(name=name, type=kind.value, description=text)
     found[PREFIX + HISTORY] = ParameterDescriptor(
         name=PREFIX + HISTORY,
@@ -97,6 +107,15 @@ class PolicyParameters:
         node.add_on_set_parameters_callback(self._judge)
         node.add_post_set_parameters_callback(self._take_over)
 
+    @property
+    def band(self) -> PredictedBand | None:
+        """What was predicted of the policy's trial; None if nothing was."""
+        return (
+            None
+            if self.policy is None
+            else PredictedBand.from_parameters(self._values, self._robot.roles)
+        )
+
     def _complete(self, parameters: list[Parameter]) -> list[Parameter]:
         """Empty the fields that a new policy does not have."""
         given = {parameter.name for parameter in parameters}
@@ -143,6 +162,7 @@ class PolicyParameters:
                 "policy is set whole, in one request: ros2 param load NODE policy_007.yaml"
             )
         policy, joints = policy_from_parameters(_given(values))
+        PredictedBand.from_parameters(values, joints)  # refuses what is no band
         start = self._node.get_parameter(_START).value
         start = next((p.value for p in parameters if p.name == _START), start)
         check_policy(self._robot, policy, joints, tuple(start))

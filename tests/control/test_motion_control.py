@@ -140,6 +140,14 @@ def test_a_waiting_simulator_may_repeat_a_state_but_not_for_ever(control, outcom
     assert "for 5 s none later than 0.010 s" in outcomes[0].message
 
 
+def test_a_waiting_simulator_is_known_even_if_some_of_its_clock_was_lost(control, outcomes):
+    begin(control, outcomes)
+    control.note_clock(10_000_000)
+    control.take(sample(0.08), now=10.01)
+    end = watch_until_stopped(control, outcomes, 10.01, 20.0, lambda now: sample(0.08))
+    assert end > 15.0
+
+
 def test_between_motions_a_simulator_may_wait_as_long_as_it_likes(control, outcomes):
     for now in range(10, 1000, 2):
         control.take(sample(0.01), now)

@@ -11,7 +11,7 @@ from irlpilco_ros.resources import recording
 
 JOINTS = ("shoulder", "elbow", "wrist")
 NOISE = 0.0004  # [rad], of the simulated Baxter
-SWEEP = recording("sweep") / "demonstration"
+SWEEP = recording("cornered_sweep") / "demonstration"
 
 
 def smooth(fraction):

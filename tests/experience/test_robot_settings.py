@@ -51,7 +51,8 @@ def test_the_robot_of_the_package_loads(repository):
     robot = settings_from_parameters(RobotSettings, parameters)
     assert len(robot.joints) == 14
     assert robot.control_limit.tolist() == [1.5] * 4 + [4.0] * 3 + [1.5] * 4 + [4.0] * 3
-    effort = dataclasses.replace(robot, command_interface="effort")
+    assert (robot.acceleration_limits >= 5.0).all()
+    effort = dataclasses.replace(robot, command_interface="effort", acceleration_limit=())
     assert effort.control_limit[4] == 15.0
 
 

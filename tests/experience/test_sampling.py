@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from irlpilco_ros.experience.joint_merging import Moment, Received
+from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode, encode
 from irlpilco_ros.experience.sampling import MEMORY, Sampler
 
 JOINTS = ("a", "b")
@@ -12,9 +14,10 @@ TICK = 10_000_000
 PERIOD = 500_000_000
 
 
-def message(stamp: int, names=JOINTS) -> Received:
-    values = np.zeros(len(names))
-    return Received(stamp, names, values, values, b"%d" % stamp, stamp + 3, stamp + 1)
+def message(stamp: int, names=JOINTS, speed: float = 0.5) -> Received:
+    values = np.full(len(names), speed)
+    data = encode(JointStateMessage(stamp, names, (), tuple(values), ()))
+    return Received(stamp, names, values, values, data, stamp + 3, stamp + 1)
 
 
 def moment(stamp: int, *parts: Received, whole: bool = True) -> Moment:
@@ -140,6 +143,45 @@ def test_while_commands_come_there_are_no_samples_in_between():
     ticks = [start + k * PERIOD for k in range(5)]
     assert stamps(found) == [0, *ticks, ticks[-1] + PERIOD]
     assert [sample.command is not None for sample in found] == [False, *[True] * 5, False]
+
+
+def kept(sampler: Sampler, *speeds: float, stamp: int = TICK) -> list[float]:
+    """What is kept of commands of these speeds, all sent on one decision."""
+    samples = [
+        sample for speed in speeds for sample in sampler.take_command(message(stamp, JOINTS, speed))
+    ]
+    assert [bool(sample.states) for sample in samples] == [True, *[False] * (len(samples) - 1)]
+    return [decode(sample.command.data).command[0] for sample in samples]
+
+
+@pytest.mark.parametrize(
+    ("sent", "ends", "differs"),
+    [
+        ((0.3, 0.3, 0.3), [0.3], [0.3]),
+        ((0.3, 0.2, 0.1, 0.0, 0.0), [0.3, 0.0, 0.0], [0.3, 0.2, 0.1, 0.0, 0.0]),
+        ((0.3, 0.4, 0.5, 0.5), [0.3], [0.3, 0.4, 0.5, 0.5]),
+        ((0.0, 0.0), [0.0], [0.0]),
+    ],
+)
+def test_of_what_else_is_sent_on_a_decision_the_end_is_kept_or_all_that_differs(
+    sent, ends, differs
+):
+    for all_commands, expected in ((False, ends), (True, differs)):
+        sampler = Sampler(JOINTS, PERIOD, all_commands)
+        feed(sampler, 0, TICK)
+        assert kept(sampler, *sent) == expected
+
+
+def test_the_end_waits_with_its_decision_for_their_state():
+    sampler = Sampler(JOINTS, PERIOD)
+    feed(sampler, 0)
+    for speed in (0.3, 0.1, 0.0):
+        assert sampler.take_command(message(TICK, JOINTS, speed)) == []
+    decided, end = feed(sampler, TICK)
+    assert stamps([decided]) == [TICK]
+    assert decode(decided.command.data).command == (0.3, 0.3)
+    assert end.states == ()
+    assert decode(end.command.data).command == (0.0, 0.0)
 
 
 @given(st.data())

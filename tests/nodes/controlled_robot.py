@@ -39,12 +39,25 @@ LONG = {**ROBOT, "horizon": 1000}  # a trial that does not end by itself
 
 
 def begin_trial(graph, robot, policy):
-    """Start a trial and wait until the robot moves; return the future answer."""
+    """Start a trial and wait until the robot moves; return the future answer.
+
+    The controller may not have heard of this robot yet, and refuse: then it is asked again.
+    """
     assert graph.set_parameters("controller", policy).successful
     graph.wait_for(lambda: len(robot.states) > 5, "states")
-    answer = graph.trigger_async("controller/run_trial")
-    graph.wait_for(lambda: len(robot.commands) > 3, "commands")
-    return answer
+    refusals = []
+
+    def begun():
+        answer = graph.trigger_async("controller/run_trial")
+        count = len(robot.commands)
+        graph.wait_for(lambda: len(robot.commands) > count + 3 or answer.done(), "commands")
+        if not answer.done():
+            return answer
+        refusals.append(answer.result().message)
+        assert "no joint state" in refusals[-1], refusals
+        return None
+
+    return graph.wait_for(begun, "a trial")
 
 
 def is_told(diagnostics, reason, levels=(DiagnosticStatus.ERROR,)):

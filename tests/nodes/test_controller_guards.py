@@ -46,6 +46,7 @@ def robot(graph):
         ("state_timeout", 0.5, 1.0),
         ("command_timeout", 0.5, 1.0),
         ("stall_timeout", 10.0, 1.0),
+        ("guard_sigma", 6.0, 0.0),
     ],
 )
 def test_a_change_of_a_guard_ends_the_trial(graph, robot, diagnostics, guard, value, back):

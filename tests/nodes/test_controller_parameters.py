@@ -34,6 +34,11 @@ BAD_POLICIES: dict[str, tuple[dict[str, Any], str]] = {
     "absent": ({"policy.controls": None}, "missing: controls"),
     "of another kind": ({"policy.bias": [0.0, 0.0]}, "unknown: bias"),
     "unknown name": ({"policy.wieghts": [0.0]}, "policy.wieghts does not exist"),
+    "no band": ({"policy.predicted_positions": [0.1] * 4}, "predicted_deviations has 0 values"),
+    "negative band": (
+        {"policy.predicted_positions": [0.1] * 4, "policy.predicted_deviations": [-0.1] * 4},
+        "predicted_deviations holds a number below 0",
+    ),
     "start outside": ({"start_position": [0.0, 0.99]}, "inside its limits [-1, 1] rad"),
     "start length": ({"start_position": [0.0]}, "1 values for 2 joints"),
 }

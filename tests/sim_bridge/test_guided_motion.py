@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
-from sim_bridge.motion_files import BY_HAND, SWEEP, load_motion
+from sim_bridge.motion_files import BY_HAND, CORNERED, load_motion
 
 MOTIONS: dict[str, Any] = {
-    "sweep": load_motion(),
+    "cornered": load_motion(CORNERED),
     "by hand": load_motion(BY_HAND),
     "approach": MinimumJerk.within_speed([0.0, 1.0], [0.5, -1.0], speed=0.4),
 }
 
 
 def test_the_cornered_sweep_passes_its_waypoints() -> None:
-    motion = load_motion()
+    motion = load_motion(CORNERED)
     assert motion.waypoints.shape == (17, 14)
     assert motion.duration == 8.0
     passed = [motion.at(k * motion.interval)[0] for k in range(17)]
@@ -48,7 +48,7 @@ def test_a_hand_is_smooth_trembles_and_rests_at_both_ends() -> None:
 
 
 def test_the_cornered_sweep_is_straight_between_waypoints() -> None:
-    motion = load_motion()
+    motion = load_motion(CORNERED)
     for k in range(16):
         first, last = motion.waypoints[k : k + 2]
         positions, velocities = motion.at((k + 0.3) * motion.interval)
@@ -106,7 +106,7 @@ def test_approach_ends_at_the_goal_within_the_speed(
 def test_files_that_make_no_sense_are_refused(
     tmp_path: Path, change: dict[str, object], reason: str
 ) -> None:
-    document = yaml.safe_load(SWEEP.read_text()) | change
+    document = yaml.safe_load(CORNERED.read_text()) | change
     path = tmp_path / "motion.yaml"
     path.write_text(yaml.safe_dump(document))
     with pytest.raises(InvalidSettingError, match=reason):

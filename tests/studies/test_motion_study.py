@@ -81,7 +81,7 @@ def test_iterative_control_makes_up_for_what_was_behind(bench):
 def test_settings_are_those_of_the_file():
     settings = sweep_settings()
     assert (settings.policy, settings.prior_mean) == ("smooth_phase", "identified")
-    robot = load_parameters_file(config_file("smooth_sweep.yaml"), "learner")
+    robot = load_parameters_file(config_file("sweep.yaml"), "learner")
     assert robot["control_period"] == PERIOD
 
 

@@ -20,6 +20,7 @@ from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration, run_episode
+from sim_bridge.motion_files import CORNERED, load_motion
 
 EXPERIMENT = "debris"
 PIECES = 20
@@ -57,7 +58,7 @@ def debris_run(robot: str, seed: int, needed: Sequence[Result]) -> Result:
     policies["learned"] = learned_policy(needed[0])
     counts = {}
     simulation = BaxterSimulation(settings)
-    play_demonstration(simulation)
+    play_demonstration(simulation, load_motion(CORNERED))
     counts["demonstration"] = _count(simulation)
     for name, policy in policies.items():
         simulation = BaxterSimulation(settings)

@@ -24,6 +24,7 @@ from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import play_demonstration, run_episode
 from sim_bridge.errors import ApproachError
 from sim_bridge.joints import ARM_JOINTS
+from sim_bridge.motion_files import CORNERED, load_motion
 from sim_bridge.path_recorder import PathRecorder
 from sim_bridge.tool_kinematics import ToolKinematics
 
@@ -73,7 +74,7 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
     simulation = BaxterSimulation(ROBOTS[robot](settings.seed))
     kinematics = ToolKinematics()
     teacher = PathRecorder(simulation)
-    shown = play_demonstration(simulation, each_state=teacher.take)
+    shown = play_demonstration(simulation, load_motion(CORNERED), each_state=teacher.take)
     task = sweep_task(shown, features)
     paths: list[dict[str, float]] = []
 

@@ -29,7 +29,7 @@ from sim_bridge.tool_kinematics import TOOL_POINTS, ToolKinematics
 EXPERIMENT = "motion"
 ITERATIONS = 7
 PERIOD = 0.25
-"""Control period of config/smooth_sweep.yaml [s]."""
+"""Control period of config/sweep.yaml [s]."""
 
 BAXTER_JOINTS = Joints(ARM_JOINTS)
 
@@ -48,7 +48,7 @@ class Recording:
 
 
 def sweep_settings() -> LearningSettings:
-    """Return how the sweep is learned, by config/smooth_sweep.yaml."""
+    """Return how the sweep is learned, by config/sweep.yaml."""
     return settings_from_parameters(LearningSettings, _parameters())
 
 
@@ -58,7 +58,7 @@ def _robot_settings(period: float) -> RobotSettings:
 
 
 def _parameters() -> dict[str, Any]:
-    files = ("baxter.yaml", "smooth_sweep.yaml")
+    files = ("baxter.yaml", "sweep.yaml")
     each = [load_parameters_file(config_file(name), "learner") for name in files]
     return {name: value for values in each for name, value in values.items()}
 
