@@ -40,7 +40,7 @@ ADAPT_TIMEOUT = 300.0
 _ASKED = np.array([0.03, 0.03, 0.15])
 """By which what a camera tells may differ from where the pile was laid [m, m, rad]."""
 
-_TRIES = 5  # the learner may not have heard of the new pose yet
+_TRIES = 2  # the learner may not have heard of the new pose yet
 
 
 def add_moved_arguments(parser: argparse.ArgumentParser) -> None:
