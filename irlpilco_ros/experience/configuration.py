@@ -53,15 +53,16 @@ def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[st
     """Return one phrase for every key that differs: which, what it was and what it is now.
 
     Settings of extensions (with a dot in their name) come and go with what is installed: one that
-    is not there any more had no say. One that was not there yet had its default, but for
+    is not there any more had no say. A setting that was not there yet had its default, but for
     cut_to_motion: what runs of before it imitate was not cut.
     """
     old, new = _plain(under_new_names(before)), _plain(now)
     declared = declarations(LearningSettings) | declarations(RobotSettings)
     defaults = {name: each.default for name, each in declared.items()}
     old = {key: value for key, value in old.items() if key in new or "." not in key}
-    for key in (key for key in new if key not in old and (key in _NEWER or "." in key)):
-        old[key] = _plain(_NEWER.get(key, defaults.get(key, new[key])))
+    for key in (key for key in new if key not in old):
+        if key in defaults or "." in key:
+            old[key] = _plain(_NEWER.get(key, defaults.get(key, new[key])))
     return [
         f"{key} was {old.get(key, _ABSENT)}, now {new.get(key, _ABSENT)}"
         for key in sorted({*old, *new})

@@ -9,6 +9,7 @@ import shutil
 import numpy as np
 import pytest
 import toy_robot
+import yaml
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.errors import IncompleteTrialError, RunDirectoryError
@@ -187,6 +188,17 @@ def test_a_run_with_names_of_before_goes_on(copy, reopen):
         (copy / name).write_text(text.replace(f"{new}:", f"{old}:"))
     drop_rows(copy, 1)  # trials that have to be recognised by their policies
     assert reopen(copy).next_index == 3
+
+
+def test_a_run_that_was_begun_before_there_were_some_settings_goes_on(copy, reopen):
+    file = copy / "config.yaml"
+    before = yaml.safe_load(file.read_text())
+    newer = ("acceleration_limit", "command_history", "model_points", "sensor_noise")
+    file.write_text(yaml.safe_dump({k: v for k, v in before.items() if k not in newer}))
+    assert reopen(copy).next_index == 3
+    changed = dataclasses.replace(SETTINGS, model_points=200)
+    with pytest.raises(RunDirectoryError, match="model_points was 300, now 200"):
+        reopen(copy, settings=changed)
 
 
 def test_the_number_of_threads_is_no_configuration(copy, reopen):

@@ -95,7 +95,7 @@ def test_several_demonstrations_are_a_folder_of_bags(tmp_path):
 
 
 def test_another_configuration_is_refused_key_by_key(run, shown):
-    other = {"horizon": 12, "starts": ["last", "zero"], "seed": 0}
+    other = {"horizon": 12, "starts": ["last", "zero"], "seed": 5, "evaluations": 12}
     with pytest.raises(RunDirectoryError) as refused:
         RunDirectory(run.path).claim(other, shown)
     assert "in use" in str(refused.value)
@@ -104,9 +104,10 @@ def test_another_configuration_is_refused_key_by_key(run, shown):
         RunDirectory(run.path).claim(other, shown)
     message = str(refused.value)
     assert "horizon was 16, now 12" in message
-    assert "seed was not there, now 0" in message
+    assert "seed was 0, now 5" in message  # a setting that is new had its default
     assert "velocity_limit was [0.5, 1.5], now not there" in message
     assert "starts" not in message
+    assert "evaluations" not in message
     with run.claim(CONFIGURATION, shown):  # a refused claim does not keep the lock
         pass
 
