@@ -23,6 +23,7 @@ from sim_bridge.simulator_node import SimulatorNode
 from sim_bridge.viewer import Viewer
 
 _OBJECT_EVERY = 10  # states between two looks at the object
+_LOOKS = 10  # at an object that was just moved
 _GRIPPER_EVERY = 5  # states between two messages of each gripper
 
 
@@ -82,6 +83,8 @@ class BaxterSimulatorNode(SimulatorNode):
         self._settings = settings
         with self._changed:
             self._baxter.lay_pile(settings.object_place)
+        for _ in range(_LOOKS):  # time may stand still, in lockstep
+            self._publish_object_pose()
 
     def _publish_object_pose(self) -> None:
         """Tell where the pile lies, as a camera sees it."""

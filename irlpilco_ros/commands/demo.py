@@ -19,6 +19,7 @@ from irlpilco_ros.commands.demo_nodes import (
     start_nodes,
 )
 from irlpilco_ros.commands.learn import learn_iteration
+from irlpilco_ros.commands.moved import MovedDemo, add_moved_arguments
 from irlpilco_ros.commands.node_processes import NodeProcesses
 from irlpilco_ros.commands.report import make_report
 from irlpilco_ros.commands.ros_domain import enter_private_domain
@@ -51,6 +52,7 @@ examples:
   irlpilco demo --preset delayed             a robot that runs 0.4 s behind
   irlpilco demo --robot miscalibrated        joints that make 0.6 to 1.2 times the commanded speed
   irlpilco demo --control-period 0.1         ten decisions a second
+  irlpilco demo --moved config/places.yaml    then move the pile, and sweep there
   irlpilco demo --real-time-factor 1         watch it at the robot's own speed
 """
 
@@ -83,6 +85,7 @@ def add_parser(subparsers: Any) -> None:
     )
     add_settings_arguments(parser)
     add_robot_arguments(parser)
+    add_moved_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -102,9 +105,22 @@ def run(arguments: argparse.Namespace) -> int:
     with NodeProcesses(directory.path / "log", environment) as nodes:
         start_nodes(nodes, arguments, directory.path)
         with Session("irlpilco_demo") as session:
-            Demo(arguments, directory, session, nodes.check).run()
+            demo = Demo(arguments, directory, session, nodes.check)
+            elsewhere = moved_demo(arguments, demo, session, nodes.check)
+            demo.run()
+            if elsewhere is not None:
+                elsewhere.run()
     print(f"report: {make_report(directory.path)}")
     return 0
+
+
+def moved_demo(
+    arguments: argparse.Namespace, demo: Demo, session: Session, check: Callable[[], None]
+) -> MovedDemo | None:
+    """Return what goes on at other places, if that is asked for; wrong files are found now."""
+    if arguments.moved is None:
+        return None
+    return MovedDemo(arguments, demo.directory, session, check, demo.learn)
 
 
 class Demo:
@@ -128,7 +144,7 @@ class Demo:
         from irlpilco_ros.ros.trial_runner import TrialRunner
 
         self._arguments = arguments
-        self._directory = directory
+        self.directory = directory
         self._session = session
         self._check = check
         self._trials = TrialRunner(session.clients)
@@ -139,29 +155,29 @@ class Demo:
             display.update("start the nodes", 0.0)
             self._session.wait_for_nodes(SERVICES, START_TIMEOUT, self._check)
             display.update("demonstration", 0.3)
-            recordings = self._directory.path / "recordings"
+            recordings = self.directory.path / "recordings"
             demonstration, summary = show(self._session, recordings, self._check)
             display.update("replay of the demonstration", 0.6)
             replay = self._replay(demonstration)
         print(f"demonstration: {summary}")
         print(metrics_table.header())
-        shown = self._directory.baseline_metrics(DEMONSTRATION)
+        shown = self.directory.baseline_metrics(DEMONSTRATION)
         for row in filter(None, (shown, replay)):
             _print_row(row)
         parameters = {"demonstration": str(demonstration)}
         self._session.run(self._session.clients.set_parameters("learner", parameters), self._check)
         printed = 0
         for _ in range(self._arguments.iterations):
-            self._learn()
-            rows = self._directory.metrics()
+            self.learn()
+            rows = self.directory.metrics()
             for row in rows[printed:]:
                 _print_row(row)
                 if row.iteration:
-                    print_notes(self._directory.read_iteration(row.iteration))
+                    print_notes(self.directory.read_iteration(row.iteration))
             printed = len(rows)
-        print(best_sentence(self._directory))
+        print(best_sentence(self.directory))
 
-    def _learn(self) -> None:
+    def learn(self) -> None:
         """Learn one iteration; arms that a wild trial has hooked into each other are freed once."""
         from irlpilco_ros.ros.clients import RefusedError
 
@@ -178,7 +194,7 @@ class Demo:
         """Replay the demonstration's own speeds, the baseline of all learning."""
         robot, settings = read_settings(self._arguments)
         settings = dataclasses.replace(settings, seed=self._arguments.seed)
-        run = Apprenticeship.open(self._directory.path, demonstration, robot, settings)
+        run = Apprenticeship.open(self.directory.path, demonstration, robot, settings)
         try:
             trial = self._trials.run(
                 run.replay_parameters(), run.directory.replay_directory, lambda stage: None

@@ -21,6 +21,7 @@ the files say how far the run has come, and nothing that was recorded is lost.
 from __future__ import annotations
 
 import fcntl
+import math
 import os
 import re
 from collections.abc import Mapping
@@ -219,6 +220,12 @@ class RunDirectory:
         """
         begun = (self.metrics_file, self.places_directory)
         return bool(self.trial_bags()) or any(map(os.path.lexists, begun))
+
+    @property
+    def moved_at(self) -> float:
+        """The first iteration that was for another place of the object; infinite if none was."""
+        firsts = [place.first for place in read_places(self.places_directory) if place.shown]
+        return min(firsts, default=math.inf)
 
     def read_iteration(self, iteration: int) -> Iteration:
         """Return what an iteration found.

@@ -72,12 +72,13 @@ class Carrier:
             return
         solution, names = solutions[worst], self.kinematics.joints
         when = f"{times[worst]:.2f} s after the motion's start"
-        unlimited = path.without_limits(worst, solution)
-        if np.abs(unlimited.missing).max() < min(_NEAR, missing):
-            beyond = np.maximum(self.lower - unlimited.positions, unlimited.positions - self.upper)
-            joint = int(beyond.argmax())
+        unlimited = path.without_limits(worst)
+        free = unlimited.positions
+        beyond = np.maximum(self.lower - free, free - self.upper)
+        joint = int(beyond.argmax())
+        if np.abs(unlimited.missing).max() < _NEAR and beyond[joint] > -LIMIT_MARGIN:
             raise UnreachableError(
-                f"{names[joint]} would have to go to {unlimited.positions[joint]:.3f} rad, "
+                f"{names[joint]} would have to go to {free[joint]:.3f} rad, "
                 f"{when}; its limits are [{self.lower[joint]:g}, {self.upper[joint]:g}], and "
                 f"{LIMIT_MARGIN:g} rad before them it stops"
             )
@@ -108,7 +109,7 @@ class _Path:
             found[sample], away = solution, now
         return found
 
-    def without_limits(self, sample: int, solution: Solution) -> Solution:
+    def without_limits(self, sample: int) -> Solution:
         """Return what a sample's solution would be if joints had no limits."""
         none = np.full(len(self._lower), np.inf)
         poses = self._move @ self._kinematics.poses(self._shown[sample])

@@ -27,6 +27,7 @@ REACHED = 1e-9
 
 _STILL = 1e-6  # [rad]: the joints have come to rest
 _STEPS = 40
+_LAST_STEPS = 10  # for the tools alone: near a singular posture both wishes disturb each other
 _LONGEST = 0.3  # [rad] of a step
 _DAMPING = 1e-2  # relative to what is missing: none is left at the end
 _FLAT = 1e-8  # of the largest singular value: below, no joint moves the tools that way
@@ -86,13 +87,14 @@ def _solve(
 ) -> tuple[Array, Array]:
     """Return positions and what is missing, moving the free joints alone."""
     positions, way = np.array(start), np.full(1, np.inf)
-    for _ in range(_STEPS):
+    for number in range(_STEPS):
         reached, jacobians = kinematics.poses_and_jacobians(positions)
         missing = difference(poses, reached)
         if np.abs(missing).max() <= REACHED and np.abs(way).max(initial=0.0) <= _STILL:
             break
         jacobian = jacobians.reshape(-1, len(positions))[:, free]
-        step, way = _step(jacobian, missing.ravel(), (wanted - positions)[free])
+        wish = (wanted - positions)[free] * (number < _STEPS - _LAST_STEPS)
+        step, way = _step(jacobian, missing.ravel(), wish)
         positions[free] += step
     return positions, missing
 

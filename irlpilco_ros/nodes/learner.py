@@ -267,6 +267,7 @@ class Learner(SuiteNode):
             IrlPilcoError: the motion cannot be done there, or the controller refuses.
         """
         self._say("open run")
+        self._objects.catch_up()
         now = self._objects.pose
         now = self._object.pose if now is None else now
         if now is None:

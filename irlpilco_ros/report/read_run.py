@@ -28,7 +28,7 @@ from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunS
 
 
 def read_run(run: RunDirectory) -> RunSummary:
-    """Read everything that the report shows.
+    """Read everything that the report shows: what was practised where it was shown.
 
     Raises:
         RunDirectoryError: this is no run directory, or no trial of it was judged yet.
@@ -40,7 +40,7 @@ def read_run(run: RunDirectory) -> RunSummary:
         wanted = _wanted(configuration, joints)
     except InvalidSettingError as error:
         raise RunDirectoryError(f"{run.configuration_file}: {error}") from error
-    rows = run.metrics()
+    rows = [row for row in run.metrics() if (row.iteration or 0) < run.moved_at]
     if not rows:
         raise RunDirectoryError(
             f"{run.path} holds no judged trial yet; there is nothing to report before the first "
@@ -51,7 +51,7 @@ def read_run(run: RunDirectory) -> RunSummary:
     shown = [each.rollout.states for each in motions]
     horizon = len(shown[0]) - 1
     trials = [run.read_trial(bags[row.trial], joints, horizon) for row in rows]
-    found = {k: run.read_iteration(k) for k in run.iterations()}
+    found = {k: run.read_iteration(k) for k in run.iterations() if k < run.moved_at}
     for k, iteration in found.items():
         _check(iteration, run.iteration_file(k), (horizon + 1, 2 * len(joints.names)))
     if len({len(iteration.weights) for iteration in found.values()}) > 1:

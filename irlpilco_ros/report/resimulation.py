@@ -10,7 +10,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -80,12 +80,18 @@ def _leave_interrupts_to_the_parent() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def count_debris(motion: Guidable, seed: int) -> int:
-    """Return how many of `PIECES`, scattered by a seed, are in the pan after a motion."""
+def count_debris(motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)) -> int:
+    """Return how many of `PIECES`, scattered by a seed, are in the pan after a motion.
+
+    Args:
+        motion: The motion.
+        seed: Of the scatter.
+        place: Where the pile lies, relative to where it was shown: x, y [m], turn [rad].
+    """
     # Imported here: the page is built without MuJoCo, too.
     from sim_bridge.episode import guide_through
 
-    simulation = _at_start(motion, seed)
+    simulation = _at_start(motion, seed, place)
     guide_through(simulation, motion)
     end, _ = motion.at(motion.duration)
     guide_through(simulation, GuidedMotion(motion.joints, SETTLING_TIME, np.stack([end, end])))
@@ -124,11 +130,14 @@ def _simplify(model: Any) -> None:
     model.mat_reflectance[:] = 0.0
 
 
-def _at_start(motion: Guidable, seed: int) -> BaxterSimulation:
+def _at_start(
+    motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)
+) -> BaxterSimulation:
     from sim_bridge.baxter_simulation import BaxterSimulation
     from sim_bridge.simulation_settings import SimulationSettings
 
-    simulation = BaxterSimulation(SimulationSettings(debris=PIECES, debris_seed=seed))
+    settings = SimulationSettings(debris=PIECES, debris_seed=seed, object_place=tuple(place))
+    simulation = BaxterSimulation(settings)
     positions = simulation.true_positions
     index = [simulation.joint_names.index(joint) for joint in motion.joints]
     positions[index], _ = motion.at(0.0)

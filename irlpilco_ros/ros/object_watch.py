@@ -77,6 +77,10 @@ class ObjectWatch:
         off = np.abs(difference(self.last.matrix, np.stack(self._seen)))
         return mean_pose(np.stack(self._seen)[(off <= _SAME_PLACE).all(axis=1)])
 
+    def catch_up(self) -> None:
+        """Hear what has come meanwhile, before it is asked where the object is."""
+        self._poses.drain()
+
     def _on_pose(self, data: bytes, info: Info) -> None:
         matrix = decode_pose(data)
         self.last = SeenPose(data, matrix, info["received_timestamp"], info["source_timestamp"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import math
 import os
 import signal
 import subprocess
@@ -12,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY
+from irlpilco_ros.experience.places import read_places
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 pytestmark = [pytest.mark.dds, pytest.mark.slow]
@@ -100,8 +103,10 @@ def is_gone(pid):
     return False
 
 
-def test_it_demonstrates_replays_learns_and_stops_its_nodes(demo):
-    shown = demo("--iterations", "1", "--seed", "4")
+def test_it_demonstrates_replays_learns_goes_elsewhere_and_stops_its_nodes(demo, tmp_path):
+    places = tmp_path / "places.yaml"
+    places.write_text("- [0.05, -0.03, 0.2]\n- [0.6, 0.0, 0.0]\n")
+    shown = demo("--iterations", "1", "--seed", "4", "--moved", str(places))
     shown.wait_for_text("learning: ")
     nodes = shown.children()
     assert set(nodes) == NODES
@@ -109,8 +114,11 @@ def test_it_demonstrates_replays_learns_and_stops_its_nodes(demo):
     assert all(is_gone(pid) for pid in nodes.values())
     lines = shown.text().splitlines()
     assert lines[0].startswith(f"run directory {shown.run.path}, ROS_DOMAIN_ID ")
+    end = next(k for k, line in enumerate(lines) if line.startswith("best: "))
     table = [
-        line.split() for line in lines if line[:1] == " " or line.startswith("demonstration  ")
+        line.split()
+        for line in lines[:end]
+        if line[:1] == " " or line.startswith("demonstration  ")
     ]
     assert [row[0] for row in table] == ["demonstration", "replay", "0", "1"]
     replay, first = shown.run.baseline_metrics(REPLAY), shown.run.metrics()[1]
@@ -120,12 +128,25 @@ def test_it_demonstrates_replays_learns_and_stops_its_nodes(demo):
     assert 0.1 < shown_row.acceleration_p99 < first.acceleration_max
     assert first.rmse_rad < first.path_rmse_rad < first.path_max_rad < 0.1
     assert first.rmse_rad < 0.05
-    best = min(shown.run.metrics(), key=lambda row: row.mse)
-    assert lines[-2].startswith(f"best: iteration {best.iteration}, trial {best.trial:03d}, ")
+    best = min(shown.run.metrics()[:2], key=lambda row: row.mse)
+    assert lines[end].startswith(f"best: iteration {best.iteration}, trial {best.trial:03d}, ")
     assert lines[-1] == f"report: {shown.run.report_directory / 'index.html'}"
     assert shown.run.configuration()["seed"] == 4
     assert shown.run.configuration()["evaluations"] == 4
     assert {path.stem for path in (shown.run.path / "log").glob("*.log")} == NODES
+    # Then the pile lies elsewhere, and once where no arm can sweep.
+    with (shown.run.path / "moved.csv").open() as file:
+        there, refused = csv.DictReader(file)
+    assert [there["place"], there["turn"], there["trials_there"]] == ["1", "0.2", "0"]
+    elsewhere = shown.run.metrics()[2]
+    assert float(there["path_rmse_rad"]) == elsewhere.path_rmse_rad < 0.05
+    assert 0.0 < float(there["tool_rmse_m"]) < 0.05
+    assert 0.0 < float(there["predicted_rmse_rad"]) < 0.03
+    assert 0 <= int(there["pieces"]) <= int(there["of_pieces"]) == 20
+    assert math.isnan(float(refused["path_rmse_rad"]))
+    assert any("refused: " in line and "out of reach" in line for line in lines[end:])
+    assert len(shown.run.metrics()) == 3
+    assert len(read_places(shown.run.places_directory)) == 1
 
 
 def test_a_node_that_dies_ends_it_with_the_reason(demo):

@@ -130,3 +130,13 @@ def test_a_path_that_only_a_joints_limit_forbids_names_the_joint():
         np.add(shown, (0.5, 0.0, 0.0)),
         atol=1e-8,
     )
+
+
+def test_a_place_at_which_an_arm_passes_a_singular_posture_is_reached(baxter, sweep):
+    move = move_by(-0.04, -0.06, 0.3)
+    carried = baxter.carry(TIMES, sweep, move)
+    missing = [
+        np.abs(difference(move @ baxter.kinematics.poses(a), baxter.kinematics.poses(b))).max()
+        for a, b in zip(sweep, carried, strict=True)
+    ]
+    assert max(missing) <= REACHED
