@@ -32,10 +32,12 @@ def measured_deviations(
     Args:
         task: Tells the noise of the sensors.
         covariances: Predicted ones, shape (H + 1, D, D).
-        previous: The iteration before, with its prediction; None for none.
+        previous: The iteration before, with its prediction if that is told; None for none.
         trial: That of its policy; None if there is none.
     """
     scale = 1.0
+    if previous is not None and not previous.predicted_means.size:
+        previous = None  # its prediction is not told
     if previous is not None and trial is not None and previous.index >= _FIRST:
         off = trial.states - previous.predicted_means
         angles = list(task.state_layout.angles)
