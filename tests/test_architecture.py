@@ -94,6 +94,7 @@ LEARNING = (
     "prediction",
     "starts",
     "search",
+    "lag",
     "judgement",
     "iteration",
     "measured_band",

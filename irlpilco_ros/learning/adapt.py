@@ -16,6 +16,7 @@ import numpy as np
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import trial_error
+from irlpilco_ros.learning.lag import with_known_history
 from irlpilco_ros.learning.learn import (
     check_trials,
     expected_cost,
@@ -77,6 +78,7 @@ def adapt(
     if last is None or not last.hyperparameters.log_signal.size:
         return learn(task, settings, trials, None, progress, None, tasks)
     check_trials(task, trials)
+    settings = with_known_history(task, settings, trials)
     start = carried_policy(task, settings, trials, tasks, last.policy)
     if start is None:
         seen = task.remembering(settings.command_history)

@@ -18,6 +18,7 @@ from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import cost_of_trial
+from irlpilco_ros.learning.lag import with_known_history
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.measured_band import measured_deviations
 from irlpilco_ros.learning.moments.gaussian import Gaussian
@@ -70,6 +71,7 @@ def learn(
         NumericalError: if no finite prediction can be made.
     """
     check_trials(task, trials)
+    settings = with_known_history(task, settings, trials)
     here = trials_of(task, trials, tasks)
     weighed = weigh(task, settings, trials, tasks)
     task = task.remembering(settings.command_history)

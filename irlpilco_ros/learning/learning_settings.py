@@ -41,8 +41,9 @@ class LearningSettings:
     command_history: int = setting(
         0,
         "How many of its last commands the state of the robot holds beside positions and "
-        "velocities, for a robot that lags: about its delay divided by the control period.",
-        minimum=0,
+        "velocities, for a robot that lags: about its delay divided by the control period; -1: as "
+        "many as the first trial shows to be worth it.",
+        minimum=-1,
         maximum=100,
     )
     sensor_noise: bool = setting(

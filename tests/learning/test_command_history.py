@@ -12,7 +12,8 @@ from irlpilco_ros.learning.gp.evidence import negative_log_evidence
 from irlpilco_ros.learning.gp.kernel import Hyperparameters, squared_exponential
 from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.joints import Joints, PolicyOf
-from irlpilco_ros.learning.learn import expected_cost, start_state
+from irlpilco_ros.learning.lag import with_known_history
+from irlpilco_ros.learning.learn import expected_cost, learn, start_state
 from irlpilco_ros.learning.moments.moment_matching import MomentMatching
 from irlpilco_ros.learning.policies import LinearPolicy, SmoothPhasePolicy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
@@ -259,6 +260,19 @@ def test_evidence_with_further_parts_and_its_gradient():
             return negative_log_evidence(inputs, targets, moved, grams)[0]
 
         assert gradient[i] == pytest.approx(slope(along), rel=1e-5, abs=1e-6)
+
+
+@pytest.mark.parametrize("lag", [0, 1, 2])
+def test_the_first_trial_tells_how_many_commands_matter(lag):
+    chosen = settings(command_history=-1, prior_mean="identified", evaluations=2)
+    policy = LinearPolicy(np.zeros((J, 4)), np.zeros(J), np.ones(J))
+    trial = lagging_trial(policy, lag, spread=0.4)
+    assert with_known_history(task(), chosen, [trial]).command_history == lag
+    assert with_known_history(task(), settings(command_history=2), [trial]).command_history == 2
+    found = learn(task(), chosen, [trial])
+    assert found.policy.state_size == 2 * J + lag * J
+    again = learn(task(), chosen, [trial, lagging_trial(found.policy, lag, seed=1)], found)
+    assert again.policy.state_size == found.policy.state_size
 
 
 def test_a_prior_mean_of_velocities_needs_every_joint_commanded():
