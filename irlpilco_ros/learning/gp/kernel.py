@@ -23,7 +23,7 @@ class Hyperparameters:
         log_linear: log of the standard deviation of the linear part's coefficients, shape (E,);
             None without a linear part (see `linear_part`).
         log_repeated: log of the standard deviation of what repeats at the same time of every
-            trial, in units of the output, shape (E,); None if nothing does (see `repeated`).
+            trial, in units of the output, shape (E,); None without (see `repeated_part`).
 
     Raises:
         InvalidSettingError: if shapes disagree or a value is not finite or beyond +-100.
