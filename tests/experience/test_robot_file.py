@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from urdf_examples import ARM, LIMIT, TORSO, joint, robot
 
@@ -54,7 +55,7 @@ def test_recorder_and_kinematics_take_it_too_without_the_meshes(read):
     assert settings_from_parameters(RecorderSettings, values).joints[0] == "lift"
     tools = settings_from_parameters(ToolSettings, values)
     assert (tools.tools, tools.tool_links) == (("tool0",), ("tool0",))
-    poses = kinematics_of(tools, values["joints"]).poses([0.1, 0.0, 0.0, 0.0])
+    poses = kinematics_of(tools, values["joints"]).poses(np.array([0.1, 0.0, 0.0, 0.0]))
     assert poses.shape == (1, 4, 4)
 
 
