@@ -13,7 +13,8 @@ from irlpilco_ros.commands.node_processes import NodeDiedError, NodeProcesses
 
 # Naps, not one long sleep: a signal right before that would be taken only after it.
 PATIENT = """
-import time
+import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a node has a handler of its own
 try:
     print("ready", flush=True)
     for _ in range(6000):
@@ -21,6 +22,7 @@ try:
 except KeyboardInterrupt:
     pass
 """
+IMPORTING = "import time\nprint('ready', flush=True)\ntime.sleep(60)\n"
 FAILING = "import sys\nprint('cannot find the arm')\nsys.exit(3)\n"
 STUBBORN = (
     "import signal, time\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
@@ -55,6 +57,14 @@ def test_all_are_stopped_in_good_order(start):
     nodes.check()
     assert nodes.stop() == []
     assert all(node.process.returncode == 0 for node in running)
+
+
+def test_one_that_is_stopped_while_it_still_imports_is_no_complaint(start):
+    nodes, begin = start
+    node = begin("early", IMPORTING)
+    wait_for_line(node, "ready")
+    assert nodes.stop() == []
+    assert node.last_lines() == "    ready", "no traceback"
 
 
 def test_each_is_in_a_process_group_of_its_own(start):
