@@ -14,13 +14,14 @@ from irlpilco_ros.commands.node_processes import NodeDiedError, NodeProcesses
 # Naps, not one long sleep: a signal right before that would be taken only after it.
 PATIENT = """
 import signal, time
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a node has a handler of its own
-try:
-    print("ready", flush=True)
-    for _ in range(6000):
-        time.sleep(0.01)
-except KeyboardInterrupt:
-    pass
+def main():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        print("ready", flush=True)
+        for _ in range(6000):
+            time.sleep(0.01)
+    except KeyboardInterrupt:
+        return 0
 """
 IMPORTING = "import time\nprint('ready', flush=True)\ntime.sleep(60)\n"
 FAILING = "import sys\nprint('cannot find the arm')\nsys.exit(3)\n"
