@@ -18,13 +18,26 @@ from irlpilco_ros.commands import (
     learn,
     recover,
     report,
+    robot,
     study,
     sweep,
     train,
 )
 from irlpilco_ros.learning.errors import IrlPilcoError
 
-COMMANDS = (demo, sweep, learn, train, adapt, report, inspect, recover, cart_pole, study)
+COMMANDS = (
+    demo,
+    sweep,
+    learn,
+    train,
+    adapt,
+    report,
+    robot,
+    inspect,
+    recover,
+    cart_pole,
+    study,
+)
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""
