@@ -90,6 +90,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.live:
             _follow(page, arguments.namespace)
         page.play_for_ever()
+    except KeyboardInterrupt:
+        print()  # below the ^C
     finally:
         server.stop()
     return 0
@@ -117,17 +119,19 @@ def _links(robot: Path | None, path: Path, joints: tuple[str, ...]) -> tuple[Lin
     from irlpilco_ros.resources import config_file, named_file
     from irlpilco_ros.view.urdf_look import links_of
 
-    known = config_file("baxter.yaml")
-    file = robot or known
-    values = load_parameters_file(file, "learner")
-    if robot is None and not set(values["joints"]) & set(joints):
-        raise InvalidSettingError(
-            f"what the robot of {path} looks like is not known; name its parameters file with "
-            "--robot (irlpilco robot makes one from a URDF)"
-        )
+    if robot is None:
+        if not set(joints) <= set(load_parameters_file(config_file("baxter.yaml"), "")["joints"]):
+            raise InvalidSettingError(
+                f"what the robot of {path} looks like is not known; name its parameters file with "
+                "--robot (irlpilco robot makes one from a URDF)"
+            )
+        from sim_bridge.robot_description import scene_urdf
+
+        return links_of(scene_urdf())
+    values = load_parameters_file(robot, "learner")
     urdf = settings_from_parameters(ToolSettings, values).urdf
     if not urdf:
-        raise InvalidSettingError(f"{file} names no urdf; add it, as config/baxter.yaml does")
+        raise InvalidSettingError(f"{robot} names no urdf; add it, as config/baxter.yaml does")
     source = named_file(urdf)
     return links_of(read_text(source, 1 << 24), source.parent)
 

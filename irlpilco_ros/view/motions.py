@@ -38,6 +38,7 @@ class Course:
         wanted: What was shown, at the same times (n, J) [rad]; None if nothing was.
         band_times: Times of the decisions (H + 1,) [s]; empty without a prediction.
         band: Predicted positions and their standard deviations (2, H + 1, J) [rad].
+        object_pose: Where the object was (4, 4) [m]; None if it was where it was shown.
     """
 
     times: Array
@@ -45,6 +46,7 @@ class Course:
     wanted: Array | None
     band_times: Array
     band: Array
+    object_pose: Array | None = None
 
     @property
     def error(self) -> Array:
@@ -192,6 +194,7 @@ class _RunReader:
             np.stack(columns, axis=1),
             self._period * np.arange(count, dtype=float),
             np.empty((2, 0, 0)) if band is None else np.stack([band.positions, band.deviations]),
+            self._places[place - 1].object_pose if place else None,
         )
 
     def _read_wanted(self, place: int) -> MotionPath:

@@ -17,6 +17,9 @@ from irlpilco_ros.view.urdf_look import Link
 GHOST = (0.35, 0.55, 0.95, 0.35)
 """Colour and opacity of the demonstration's ghost."""
 
+OBJECT = "object"
+"""Link that lies where the object does, if the URDF has one."""
+
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
 _FRAME = 1.0 / 30.0  # [s] between two pictures
 _STEP = 0.01  # [s] of the slider
@@ -26,6 +29,8 @@ _COLOURS = (
     "#556b2f", "#c71585", "#4169e1", "#a0522d", "#20b2aa", "#b8860b", "#708090",
 )  # fmt: skip
 _MILLI = 1e3
+_VISIBLE = 2e-3  # [rad] that a running robot moves before it is drawn anew: more than noise
+_SIGMAS = 2.0  # standard deviations of the predicted band
 
 
 class Page:
@@ -46,10 +51,10 @@ class Page:
         self._robot = RobotDrawing(server, "robot", links)
         self._ghost = RobotDrawing(server, "ghost", links, GHOST)
         self._playing = False
-        self._is_live = False
+        self._live: dict[str, float] = {}
         _set_scene(server)
         gui = server.gui
-        gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False)
+        gui.configure_theme(control_width="large", show_logo=False)
         gui.set_panel_label(motions.title)
         self._place = _dropdown(gui, "place", motions.places, self._entry.place)
         self._trial = _dropdown(gui, "motion", self._names(), self._entry.name)
@@ -78,9 +83,12 @@ class Page:
 
     def follow(self, positions: dict[str, float], words: str) -> None:
         """Show the running robot instead of a motion: positions [rad] by joint, and a line."""
-        self._is_live = True
-        self._robot.move(positions)
-        self._words.content = words
+        moved = [abs(positions[name] - self._live.get(name, np.inf)) for name in positions]
+        if max(moved, default=0.0) > _VISIBLE:
+            self._live = positions
+            self._robot.move(positions)
+        if words != self._words.content:
+            self._words.content = words
 
     def _listen(self) -> None:
         self._place.on_update(lambda _: self._choose_place())
@@ -128,6 +136,7 @@ class Page:
         self._time.max = self._end
         self._time.value = min(float(self._time.value), self._end)
         self._words.content = self._summary()
+        self._robot.place(OBJECT, self._course.object_pose)
         self._errors.data = self._error_chart()["data"]
         self._draw_curves()
         self._show_time()
@@ -146,7 +155,7 @@ class Page:
 
     def _show_time(self) -> None:
         now, course = float(self._time.value), self._course
-        if not self._is_live:
+        if not self._live:
             self._robot.move(self._at(now, course.positions))
         self._ghost.root.visible = course.wanted is not None and self._show_ghost.value
         if course.wanted is not None:
@@ -168,16 +177,17 @@ class Page:
         self._curves.data, self._curves.title = chart["data"], chart["title"]
 
     def _error_chart(self) -> dict[str, Any]:
-        """Return the error of every joint over time."""
-        joints = self._motions.joints
+        """Return the error of every joint over time; where nothing was shown, its position."""
+        joints, course = self._motions.joints, self._course
+        is_alone = course.wanted is None
         lines = [
             {"label": joint, "stroke": _COLOURS[k % len(_COLOURS)], "width": 1.2}
             for k, joint in enumerate(joints)
         ]
         return {
-            "data": (self._course.times, *(_MILLI * self._course.error).T),
+            "data": (course.times, *(course.positions if is_alone else _MILLI * course.error).T),
             "series": ({"label": "time [s]"}, *lines),
-            "title": "off the demonstration [mrad]",
+            "title": "joints [rad]" if is_alone else "off the demonstration [mrad]",
             **_axes(),
         }
 
@@ -185,23 +195,23 @@ class Page:
         """Return one joint: what was shown, what it did, and what was predicted of it."""
         course, name = self._course, str(self._joint.value)
         joint = self._motions.joints.index(name)
-        nothing = np.full(len(course.times), np.nan)
-        wanted = nothing if course.wanted is None else course.wanted[:, joint]
-        low, high = nothing, nothing
+        done = course.positions[:, joint]  # also for what there is not: charts know no gaps
+        wanted = done if course.wanted is None else course.wanted[:, joint]
+        low, high = done, done
         if len(course.band_times):
             mean, deviation = course.band[:, :, joint]
             low, high = (
-                np.interp(course.times, course.band_times, mean + side * deviation, right=np.nan)
-                for side in (-2.0, 2.0)
+                np.interp(course.times, course.band_times, mean + side * deviation)
+                for side in (-_SIGMAS, _SIGMAS)
             )
         return {
-            "data": (course.times, wanted, course.positions[:, joint], high, low),
+            "data": (course.times, wanted, done, high, low),
             "series": (
                 {"label": "time [s]"},
                 {"label": "demonstration", "stroke": "#5a8cf0", "width": 1.5, "dash": (6, 4)},
                 {"label": "motion", "stroke": "#d1495b", "width": 1.5},
-                {"label": "predicted + 2 sigma", "stroke": "#2e8b5766", "width": 1},
-                {"label": "predicted - 2 sigma", "stroke": "#2e8b5766", "width": 1},
+                {"label": f"predicted + {_SIGMAS:g} sigma", "stroke": "#2e8b5766", "width": 1},
+                {"label": f"predicted - {_SIGMAS:g} sigma", "stroke": "#2e8b5766", "width": 1},
             ),
             "bands": ({"series": (3, 4), "fill": "#2e8b5733"},),
             "title": f"{name} [rad]",

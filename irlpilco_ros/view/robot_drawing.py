@@ -31,22 +31,29 @@ class RobotDrawing:
             server: A viser.ViserServer.
             name: Of its root in the scene.
             links: What it looks like, parents before their children.
-            tint: Colour and opacity of a ghost; None for its own colours.
+            tint: Colour and opacity of a ghost, of which only what moves is drawn; None for the
+                robot itself.
         """
         self._scene = server.scene
         self._server = server
         self._tint = tint
         self.root = self._scene.add_frame(f"/{name}", show_axes=False)
         self._joints: dict[str, tuple[Link, Any]] = {}
+        self._frames: dict[str, tuple[Link, Any]] = {}
+        moving: set[str] = set()
         paths: dict[str, str] = {"": f"/{name}"}
         for number, link in enumerate(links):
             path = f"{paths[link.parent]}/{number}"
             paths[link.name] = path
             frame = self._scene.add_frame(path, show_axes=False, **_placed(link.moved(0.0)))
+            self._frames[link.name] = link, frame
             if link.kind in _MOVING:
                 self._joints[link.joint] = link, frame
-            for each, shape in enumerate(link.shapes):
-                self._draw(f"{path}/shape{each}", shape)
+            if link.kind in _MOVING or link.parent in moving:
+                moving.add(link.name)
+            if tint is None or link.name in moving:
+                for each, shape in enumerate(link.shapes):
+                    self._draw(f"{path}/shape{each}", shape)
 
     def move(self, positions: Mapping[str, float]) -> None:
         """Put joints at positions [rad], or [m]; those it has not are left alone."""
@@ -56,6 +63,13 @@ class RobotDrawing:
                     link, frame = self._joints[joint]
                     placed = _placed(link.moved(position))
                     frame.wxyz, frame.position = placed["wxyz"], placed["position"]
+
+    def place(self, name: str, pose: Array | None) -> None:
+        """Put a link into a pose (4, 4) in its parent's frame, or back for None, if it is there."""
+        if name in self._frames:
+            link, frame = self._frames[name]
+            placed = _placed(link.origin if pose is None else pose)
+            frame.wxyz, frame.position = placed["wxyz"], placed["position"]
 
     def _draw(self, path: str, shape: Shape) -> None:
         colour = shape.colour if self._tint is None else self._tint
