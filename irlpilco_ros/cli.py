@@ -13,6 +13,7 @@ from irlpilco_ros import __version__
 from irlpilco_ros.commands import (
     adapt,
     cart_pole,
+    check,
     demo,
     inspect,
     learn,
@@ -33,6 +34,7 @@ COMMANDS = (
     adapt,
     report,
     robot,
+    check,
     inspect,
     recover,
     cart_pole,
