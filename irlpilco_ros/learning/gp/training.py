@@ -80,17 +80,16 @@ def maximise_evidence(
     progress: Callable[[float], None] | None,
     linear: LinearPart | None = None,
     repeated: RepeatedPart | None = None,
+    cold_search: bool = True,
 ) -> Hyperparameters:
     """Return the hyperparameters of zero-mean GPs that maximise the evidence times the hyperprior.
 
     Args:
         inputs: Of shape (n, P), finite.
         targets: Of shape (n, E), finite.
-        hyperprior: With "dimension_scaled" there is a second cold search from a higher
-            signal-to-noise ratio, and the better end counts.
-        warm_start: Where the only search starts (another cold one beside it finds nothing better
-            from the third trial on, and little before); None for the scales of the data, as in
-            PILCO.
+        hyperprior: With "dimension_scaled" there is a second search from a higher signal-to-noise
+            ratio, and the better end counts.
+        warm_start: Where the first search starts; None for the scales of the data, as in PILCO.
         max_points: Of more points than this, so many are used, evenly spread in their order.
         max_evaluations: Of the evidence, for each search.
         threads: How many threads may work; no influence on the result.
@@ -98,6 +97,7 @@ def maximise_evidence(
             time; may raise to cancel.
         linear: The linear part of the kernel; None for none.
         repeated: To which step of a trial each point belongs; None if nothing repeats.
+        cold_search: False leaves out that second search where there is a warm start.
 
     Raises:
         InvalidSettingError: if the warm start does not fit the data.
@@ -108,7 +108,7 @@ def maximise_evidence(
     scales = _Scales.of(inputs, targets)
     starts = scales.starts(prior)
     if warm_start is not None:
-        starts = [_stack(warm_start, outputs, size)]
+        starts = [_stack(warm_start, outputs, size), *(starts[1:] if cold_search else [])]
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_points)).astype(int)
     points, values = inputs[chosen], targets[chosen]
     report = _OutputCounter(progress, outputs)
