@@ -43,7 +43,7 @@ setup(
     ],
     extras_require={"dask": ["distributed"]},  # irlpilco study --dask
     entry_points={
-        "console_scripts": [f"irlpilco = {NAME}.cli:main"],
+        "console_scripts": [f"irlpilco = {NAME}.entry:irlpilco"],
         # As any other package offers its own: learning/ knows nothing of the simulator.
         f"{NAME}.features": ["tools = sim_bridge.tool_features:ToolPoints"],
     },
