@@ -43,6 +43,7 @@ setup(
     ],
     extras_require={
         "dask": ["distributed"],  # irlpilco study --dask
+        "lerobot": ["pyarrow"],  # irlpilco export --lerobot
         "view": ["viser>=1.0"],  # irlpilco view
     },
     entry_points={
