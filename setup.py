@@ -41,7 +41,10 @@ setup(
         "tqdm",
         "zstandard",
     ],
-    extras_require={"dask": ["distributed"]},  # irlpilco study --dask
+    extras_require={
+        "dask": ["distributed"],  # irlpilco study --dask
+        "view": ["viser>=1.0"],  # irlpilco view
+    },
     entry_points={
         "console_scripts": [f"irlpilco = {NAME}.entry:irlpilco"],
         # As any other package offers its own: learning/ knows nothing of the simulator.
