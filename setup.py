@@ -41,7 +41,10 @@ setup(
         "tqdm",
         "zstandard",
     ],
-    extras_require={"dask": ["distributed"]},  # irlpilco study --dask
+    extras_require={
+        "dask": ["distributed"],  # irlpilco study --dask
+        "study": ["movement_primitives", "pytransform3d"],  # a baseline of its experiment places
+    },
     entry_points={
         "console_scripts": [f"irlpilco = {NAME}.cli:main"],
         # As any other package offers its own: learning/ knows nothing of the simulator.
