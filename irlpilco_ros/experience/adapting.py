@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.demonstrations import demonstration_bags
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.object_moved import check_stayed
 from irlpilco_ros.experience.object_pose import ObjectSettings, demonstrated_poses, displacement
 from irlpilco_ros.experience.practice import Adapted
 from irlpilco_ros.experience.robot_settings import RobotSettings
@@ -89,3 +91,24 @@ class Adapter:
             f"{adapted.forecast.sentence()}; the policy is that of iteration "
             f"{adapted.plan.iteration.index}"
         )
+
+    def check_stayed(self, run: Apprenticeship, readings: Array) -> None:
+        """Check that the object is still where the next trial of a run is for.
+
+        Args:
+            run: What is practised, and where.
+            readings: Where the object was last seen, (n, 4, 4).
+
+        Raises:
+            ObjectMovedError: it is not.
+        """
+        made_for = run.object_pose
+        if made_for is not None:
+            check_stayed([made_for], readings)
+            return
+        bags = demonstration_bags(run.directory.demonstration_directory)
+        try:
+            shown = demonstrated_poses(bags, self.objects.pose)
+        except BagError:
+            return  # nobody knows where it was
+        check_stayed(shown, readings)

@@ -133,15 +133,31 @@ def test_a_run_goes_where_its_object_goes(ros, tmp_path):
     before = len(read_places(work.run.places_directory))
     ros.wait_for(refused, "a refusal")
     assert len(read_places(work.run.places_directory)) >= before
-    again = ros.trigger("learn_iteration")
-    assert again.success, again.message
+
+    # And no trial is made where the object is no more, until it is back.
+    moved = ros.trigger("learn_iteration")
+    assert not moved.success
+    place = read_places(work.run.places_directory)[-1].object_pose
+    way = np.linalg.norm(shifted(OBJECT, 0.5, 0.0, 0.0)[:3, 3] - place[:3, 3])
+    assert f"the object has moved by {way:.3f} m" in moved.message
+    assert "call learner/adapt" in moved.message
+    assert len(work.run.metrics()) == 3
+
+    def learned() -> bool:
+        work.move_object(*displacement(OBJECT, place))
+        return bool(ros.trigger("learn_iteration").success)
+
+    ros.wait_for(learned, "a trial where the object is back")
     assert work.run.metrics()[-1].rmse_rad < 0.02
 
 
 def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
     pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
-    work = Workplace(ros, tmp_path, object_pose=pose)
+    work = Workplace(ros, tmp_path)
     assert ros.trigger("learn_iteration").success
+    assert ros.set_parameters("learner", {"object_pose": pose}).successful
+    moved = ros.trigger("learn_iteration")
+    assert "the object has moved by 0.032 m and 0.050 rad" in moved.message
     answer = work.adapt()
     assert answer.success, answer.message
     assert "moved by (-0.030, 0.010) m and 0.050 rad" in answer.message
@@ -149,8 +165,9 @@ def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
 
 def test_a_forecast_beyond_the_limit_is_refused(ros, tmp_path):
     pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
-    work = Workplace(ros, tmp_path, object_pose=pose, adapt_error_limit=1e-5)
+    work = Workplace(ros, tmp_path, adapt_error_limit=1e-5)
     assert ros.trigger("learn_iteration").success
+    assert ros.set_parameters("learner", {"object_pose": pose}).successful
     before = dict(work.robot.parameters["controller"])
     answer = work.adapt()
     assert not answer.success
