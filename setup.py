@@ -46,7 +46,7 @@ setup(
         "study": ["movement_primitives", "pytransform3d"],  # a baseline of its experiment places
     },
     entry_points={
-        "console_scripts": [f"irlpilco = {NAME}.cli:main"],
+        "console_scripts": [f"irlpilco = {NAME}.entry:irlpilco"],
         # As any other package offers its own: learning/ knows nothing of the simulator.
         f"{NAME}.features": ["tools = sim_bridge.tool_features:ToolPoints"],
     },

@@ -13,18 +13,33 @@ from irlpilco_ros import __version__
 from irlpilco_ros.commands import (
     adapt,
     cart_pole,
+    check,
     demo,
     inspect,
     learn,
     recover,
     report,
+    robot,
     study,
     sweep,
     train,
 )
 from irlpilco_ros.learning.errors import IrlPilcoError
 
-COMMANDS = (demo, sweep, learn, train, adapt, report, inspect, recover, cart_pole, study)
+COMMANDS = (
+    demo,
+    sweep,
+    learn,
+    train,
+    adapt,
+    report,
+    robot,
+    check,
+    inspect,
+    recover,
+    cart_pole,
+    study,
+)
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""
@@ -56,6 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = build_parser().parse_args(argv)
     signal.signal(signal.SIGTERM, _exit_on_sigterm)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         code: int = arguments.run(arguments)
         sys.stdout.flush()

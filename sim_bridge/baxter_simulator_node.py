@@ -13,16 +13,20 @@ from irlpilco_ros.kinematics.rigid_motion import quaternion_of
 from irlpilco_ros.ros.messages import time_message
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.qos import JOINT_COMMAND, OBJECT_POSE_PUB
+from irlpilco_ros.ros.robot_frames import Frame, RobotFrames
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from sim_bridge.baxter_simulation import INITIAL_POSE, BaxterSimulation
 from sim_bridge.joints import GRIPPER_JOINTS
 from sim_bridge.pile import PileCamera
+from sim_bridge.robot_description import scene_urdf
+from sim_bridge.scene_frames import SceneFrames
 from sim_bridge.simulation_settings import SimulationSettings
 from sim_bridge.simulator_node import SimulatorNode
 from sim_bridge.viewer import Viewer
 
 _OBJECT_EVERY = 10  # states between two looks at the object
+_FRAMES_EVERY = 5  # states between two looks at the frames
 _LOOKS = 10  # at an object that was just moved
 _GRIPPER_EVERY = 5  # states between two messages of each gripper
 
@@ -43,6 +47,9 @@ class BaxterSimulatorNode(SimulatorNode):
         self._viewer = Viewer(self._baxter) if self._settings.viewer else None
         self._camera = PileCamera(self._settings.object_noise, self._settings.seed)
         self._object_poses = self.create_publisher(PoseStamped, "object_pose", OBJECT_POSE_PUB)
+        self._scene = SceneFrames(self._baxter.model)
+        fixed = [Frame(*place) for place in self._scene.fixed()]
+        self._frames = RobotFrames(self, scene_urdf(), fixed)
         self._guides = SafeSubscription(self, JointState, "~/guide", self._on_guide, JOINT_COMMAND)
         self.start(
             self._baxter,
@@ -66,6 +73,8 @@ class BaxterSimulatorNode(SimulatorNode):
             self._viewer.update()
         if count % _OBJECT_EVERY == 0:
             self._publish_object_pose()
+        if count % _FRAMES_EVERY == 0 and self._frames.is_wanted:
+            self._publish_frames()
         if count % _GRIPPER_EVERY:
             return
         stamp = time_message(self.stamp())
@@ -85,6 +94,11 @@ class BaxterSimulatorNode(SimulatorNode):
             self._baxter.lay_pile(settings.object_place)
         for _ in range(_LOOKS):  # time may stand still, in lockstep
             self._publish_object_pose()
+
+    def _publish_frames(self) -> None:
+        with self._changed:
+            places = self._scene.moving(self._baxter.data, self._baxter.object_place)
+        self._frames.publish(self.stamp(), [Frame(*place) for place in places])
 
     def _publish_object_pose(self) -> None:
         """Tell where the pile lies, as a camera sees it."""

@@ -33,6 +33,7 @@ ROS_PACKAGES = (
     "sensor_msgs",
     "std_msgs",
     "std_srvs",
+    "tf2_msgs",
     "trajectory_msgs",
 )
 THIRD_PARTY_OF_LEARNING = ("numpy", "scipy", "threadpoolctl")

@@ -40,7 +40,13 @@ SHARED = {
 }
 """What nodes have in common is in a file of its own."""
 # Made by helpers of the nodes, or by rclpy itself.
-OTHERWISE_MADE = {"/diagnostics", "controller/set_parameters_atomically"}
+OTHERWISE_MADE = {
+    "/diagnostics",
+    "/tf",
+    "/tf_static",
+    "controller/set_parameters_atomically",
+    "robot_description",
+}
 
 
 def interfaces_of(node: str) -> set[str]:

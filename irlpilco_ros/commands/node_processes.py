@@ -66,7 +66,7 @@ class NodeProcesses:
         log = self._log_directory / f"{name}.log"
         with log.open("ab") as output:
             process = subprocess.Popen(
-                [sys.executable, "-m", module, *arguments],
+                [sys.executable, "-m", "irlpilco_ros.entry", module, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -109,7 +109,7 @@ class NodeProcesses:
                 node.process.wait()
                 complaints.append(f"{node.name} did not stop within {STOP_TIMEOUT:.0f} s: killed")
             else:
-                if code != 0:
+                if code not in (0, -signal.SIGINT):  # the latter while it was still importing
                     complaints.append(f"{node.name} ended with {_exit_text(code)}; see {node.log}")
         self._nodes.clear()
         return complaints

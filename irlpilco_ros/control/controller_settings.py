@@ -52,7 +52,8 @@ class ControllerSettings:
     trial_start_tolerance: float = setting(
         0.05,
         "How far from its start position each joint may be when a trial begins (and five times "
-        "`start_spread` more).",
+        "`start_spread` more); less for one that goes less than 1 rad or 1 m in all, as for "
+        "position_margin.",
         unit="rad",
         minimum=1e-4,
         maximum=1.0,
@@ -118,8 +119,9 @@ class ControllerSettings:
     )
     position_margin: float = setting(
         0.05,
-        "A joint this near to its limit and moving on stops the robot, as does one beyond it; "
-        "negative, for simulation only: joints may lean on their stops and be that far beyond, and "
+        "A joint this near to its limit and moving on stops the robot, as does one beyond it. One "
+        "that goes less than 1 rad or 1 m in all has that much less: a gripper of 0.04 m 0.002 m. "
+        "Negative, for simulation only: joints may lean on their stops and be that far beyond, and "
         "trials may push.",
         unit="rad",
         minimum=-1.0,

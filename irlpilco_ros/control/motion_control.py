@@ -104,13 +104,14 @@ class MotionControl:
         start, reading = self.settings.start_position, self._tracker.reading()
         if self._motion is not None or not start or reading is None:
             return  # busy is the better reason, and `start` gives it
-        distance = reading.positions - np.array(start)
-        joint = int(np.abs(distance).argmax())
-        tolerance = self.settings.trial_start_tolerance + _SPREADS * self.robot.start_spread
-        if abs(distance[joint]) > tolerance:
+        distance = np.abs(reading.positions - np.array(start))
+        tolerance = self.settings.trial_start_tolerance * self.robot.tolerance_share
+        tolerance += _SPREADS * self.robot.start_spread
+        joint = int((distance / tolerance).argmax())
+        if distance[joint] > tolerance[joint]:
             raise MotionRefusedError(
-                f"joint {self.robot.joints[joint]} is {abs(distance[joint]):.4f} rad from the "
-                f"policy's start, {start[joint]:g} rad; expected at most {tolerance:g} rad "
+                f"joint {self.robot.joints[joint]} is {distance[joint]:.4f} rad from the "
+                f"policy's start, {start[joint]:g} rad; expected at most {tolerance[joint]:g} rad "
                 "(trial_start_tolerance): call controller/move_to_start first"
             )
 

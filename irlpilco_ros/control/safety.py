@@ -75,7 +75,8 @@ def check_command(
 
     Raises:
         MotionStoppedError: a value is not finite or beyond the joint's limit, or it drives a joint
-            on that is within `margin` [rad] of its position limit, or will be in REACTION_TIME.
+            on that is within `margin` [rad] of its position limit, or will be in REACTION_TIME
+            (within less of one that goes less than 1 rad in all).
     """
     unit = "Nm" if robot.command_interface == "effort" else "rad/s"
     names = robot.roles.commanded
@@ -98,14 +99,15 @@ def _check_way(robot: RobotSettings, margin: float, reading: JointReading, value
     if robot.command_interface == "velocity":
         going[robot.roles.commanded_columns] = values
     ahead = reading.positions + REACTION_TIME * reading.velocities
-    above = np.maximum(reading.positions, ahead) > robot.upper - margin
-    below = np.minimum(reading.positions, ahead) < robot.lower + margin
+    margins = margin * robot.tolerance_share
+    above = np.maximum(reading.positions, ahead) > robot.upper - margins
+    below = np.minimum(reading.positions, ahead) < robot.lower + margins
     for joint in np.flatnonzero((above & (going > 0.0)) | (below & (going < 0.0))):
         side = "upper" if going[joint] > 0.0 else "lower"
         limit = (robot.upper if side == "upper" else robot.lower)[joint]
         raise MotionStoppedError(
             f"joint {robot.joints[joint]} at {reading.positions[joint]:.4f} rad comes within "
-            f"{margin:g} rad of its {side} limit {limit:g} rad and is moving on"
+            f"{margins[joint]:g} rad of its {side} limit {limit:g} rad and is moving on"
         )
 
 
@@ -165,7 +167,8 @@ def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -
     """Check that the robot may stand at a start position (J,) [rad]; empty means none is set.
 
     Raises:
-        InvalidSettingError: wrong length, or a joint within `margin` [rad] of its limits.
+        InvalidSettingError: wrong length, or a joint within `margin` [rad] of its limits (within
+            less of them, if it goes less than 1 rad in all).
     """
     if not start:
         return
@@ -173,10 +176,12 @@ def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -
         raise InvalidSettingError(
             f"start_position has {len(start)} values for {len(robot.joints)} joints"
         )
-    limits = zip(robot.joints, start, robot.position_lower, robot.position_upper, strict=True)
-    for joint, position, lower, upper in limits:
-        if not lower + margin <= position <= upper - margin:
+    lower, upper = robot.lower, robot.upper
+    margins = margin * robot.tolerance_share
+    for j, (joint, position) in enumerate(zip(robot.joints, start, strict=True)):
+        if not lower[j] + margins[j] <= position <= upper[j] - margins[j]:
             raise InvalidSettingError(
                 f"start_position of joint {joint} is {position:g} rad; expected it at least "
-                f"position_margin = {margin:g} rad inside its limits [{lower:g}, {upper:g}] rad"
+                f"position_margin = {margins[j]:g} rad inside its limits "
+                f"[{lower[j]:g}, {upper[j]:g}] rad"
             )

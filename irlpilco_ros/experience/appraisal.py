@@ -15,27 +15,30 @@ from irlpilco_ros.learning.numerics.arrays import Array
 _SLOWEST = 0.1  # [s] between samples, for the noise to stand out of the motion
 
 
-def appraisal(recorded: Trajectory, robot: RobotSettings, window: Window = ()) -> list[str]:
+def appraisal(
+    samples: Trajectory, path: Trajectory, robot: RobotSettings, window: Window = ()
+) -> list[str]:
     """Return lines that say what a robot can do with a recording, as demonstration and as trial.
 
     Args:
-        recorded: The recording.
+        samples: What was recorded at the decisions.
+        path: All that was recorded of the motion, of which a learner takes its demonstration.
         robot: The robot.
         window: Part of it to imitate, since the first sample [s]; empty for its motion.
     """
     lines = []
-    if recorded.commanded.any():
-        lines.append(f"as a trial: {_trial(recorded, robot)}")
+    if samples.commanded.any():
+        lines.append(f"as a trial: {_trial(samples, robot)}")
     try:
-        (shown,) = checked_motions([recorded], robot, window)
+        (shown,) = checked_motions([path], robot, window)
     except BagError as error:
         return [*lines, f"as a demonstration: refused: {error}"]
     return [*lines, f"as a demonstration: {_demonstration(shown, robot)}", *_quality(shown, robot)]
 
 
-def _trial(recorded: Trajectory, robot: RobotSettings) -> str:
+def _trial(samples: Trajectory, robot: RobotSettings) -> str:
     try:
-        steps = recorded.trial(robot.roles, robot.horizon or None, robot.control_period).steps
+        steps = samples.trial(robot.roles, robot.horizon or None, robot.control_period).steps
     except BagError as error:
         return f"refused: {error}"
     return f"{steps} decisions, one every {robot.control_period:g} s"

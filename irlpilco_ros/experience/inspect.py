@@ -43,7 +43,7 @@ def inspect(
     """
     if not is_bag(path) and os.path.isdir(path):
         return _list(path, topic)
-    recording = read_recording(path)
+    recording = read_recording(path, full_rate=robot is not None)
     lines = [f"{path}: {_condition(recording)}", *_topics(recording)]
     try:
         samples = recording.trajectory(topic, robot.joints if robot else ())
@@ -51,7 +51,7 @@ def inspect(
         return "\n".join([*lines, f"no trajectory: {error}"])
     lines += [*_samples(samples), *_joints(samples)]
     if robot is not None:
-        lines += appraisal(samples, robot, window)
+        lines += appraisal(samples, recording.path_taken(topic, robot.joints), robot, window)
     return "\n".join(lines)
 
 

@@ -16,8 +16,8 @@ class RecorderSettings(MotionSettings):
     """What the recorder records, where to, and what of it a learner will take for the motion.
 
     Raises:
-        InvalidSettingError: a value is out of its range, or there is no such folder as the
-            `output_directory` that is named.
+        InvalidSettingError: a value is out of its range, or there can be no such folder as the
+            `output_directory` or `next_directory` that is named.
     """
 
     joints: tuple[str, ...] = setting(
@@ -52,6 +52,11 @@ class RecorderSettings(MotionSettings):
         "Folder that gets the bags, 000, 001, ...; a relative path begins where the node was "
         "started. Counts from the next `start` on.",
     )
+    next_directory: str = setting(
+        "",
+        "Folder that gets the next recording in place of `output_directory`, if `start` comes "
+        "within 10 s; then it is empty again. A learner sets it for each trial.",
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -65,7 +70,7 @@ class RecorderSettings(MotionSettings):
 
     @property
     def directory(self) -> Path:
-        """The folder that gets the bags, as an absolute path.
+        """The folder that gets the next recording, as an absolute path.
 
         Raises:
             InvalidSettingError: it is not named, or lies in the home of a user that is not there.
@@ -74,10 +79,19 @@ class RecorderSettings(MotionSettings):
             raise InvalidSettingError(
                 "output_directory is empty; name the folder that gets the bags, such as recordings"
             )
-        try:
-            return Path(self.output_directory).expanduser().absolute()
-        except RuntimeError as error:
-            raise InvalidSettingError(
-                f"output_directory is {self.output_directory!r}, but there is no such user's home; "
-                "name a folder by its path"
-            ) from error
+        own = _folder("output_directory", self.output_directory)
+        return _folder("next_directory", self.next_directory) if self.next_directory else own
+
+
+def _folder(name: str, value: str) -> Path:
+    """Return the folder that a setting names, as an absolute path.
+
+    Raises:
+        InvalidSettingError: it lies in the home of a user that is not there.
+    """
+    try:
+        return Path(value).expanduser().absolute()
+    except RuntimeError as error:
+        raise InvalidSettingError(
+            f"{name} is {value!r}, but there is no such user's home; name a folder by its path"
+        ) from error

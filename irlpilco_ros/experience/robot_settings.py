@@ -215,6 +215,15 @@ class RobotSettings(MotionSettings):
         return np.array(self.position_upper)
 
     @cached_property
+    def tolerance_share(self) -> NDArray[np.float64]:
+        """How much of a tolerance in [rad] or [m] each joint has (J,): all of it, or less.
+
+        A joint that goes less than 1 rad or 1 m in all has that much less of it: 0.05 rad is little
+        for an arm, and more than a gripper of 0.04 m has.
+        """
+        return np.minimum(1.0, self.upper - self.lower)
+
+    @cached_property
     def acceleration_limits(self) -> NDArray[np.float64]:
         """Largest change of each commanded velocity (F,) [rad/s^2]; empty without a limit."""
         limit = np.array(self.acceleration_limit)

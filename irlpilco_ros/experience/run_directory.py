@@ -6,7 +6,6 @@
         trials/NNN/         bags of the trials
         iterations/KKK.npz  what iteration K found (no pickles)
         places/NNN.npz      where else the object was, and what is imitated there
-=======
         rollouts/NNN.npz    what is learned from a trial, so that its bag need not be read again
         policy_KKK.yaml     its policy, a parameter file of the controller
         best_policy.yaml    a copy of the policy whose trial was the best so far

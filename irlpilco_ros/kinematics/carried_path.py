@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 LIMIT_MARGIN = 0.07
 """How far from their limits joints stay, unless they were nearer when it was shown [rad]; more than
-the controller asks for by default (`position_margin`), so that a trial is not stopped there."""
+the controller asks for by default (`position_margin`), so that a trial is not stopped there. A
+joint that goes less than 1 rad or 1 m in all has that much less of it."""
 
 _APPROACH = 20  # parts in which the first posture goes to the new place
 _COARSE = 0.5  # [s]: a place out of reach is found out on so few samples
@@ -95,8 +96,9 @@ class _Path:
 
     def __init__(self, carrier: Carrier, shown: Array, move: Array) -> None:
         self._kinematics, self._shown, self._move = carrier.kinematics, shown, move
-        self._lower = np.minimum(carrier.lower + LIMIT_MARGIN, shown.min(axis=0))
-        self._upper = np.maximum(carrier.upper - LIMIT_MARGIN, shown.max(axis=0))
+        margin = LIMIT_MARGIN * np.minimum(1.0, carrier.upper - carrier.lower)
+        self._lower = np.minimum(carrier.lower + margin, shown.min(axis=0))
+        self._upper = np.maximum(carrier.upper - margin, shown.max(axis=0))
 
     def solutions(self, samples: Iterable[int]) -> dict[int, Solution]:
         """Return the solutions at these samples, each begun from what those before lead to."""

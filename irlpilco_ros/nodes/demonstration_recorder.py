@@ -30,6 +30,7 @@ from irlpilco_ros.ros.clients import Clients
 from irlpilco_ros.ros.health import ERROR, OK, Health
 from irlpilco_ros.ros.object_watch import ObjectWatch, SeenPose
 from irlpilco_ros.ros.parameters import declare_settings
+from irlpilco_ros.ros.passing_parameter import PassingParameter
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, STATE_RECORDING
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
@@ -38,6 +39,9 @@ from irlpilco_ros.ros.topic_quality import joint_state_topic, object_pose_topic
 
 FIRST_SAMPLE_TIMEOUT = 5.0
 """How long `start` waits for joint states of all joints [s]."""
+
+NEXT_DIRECTORY_TIMEOUT = 10.0
+"""How long the folder of the next recording waits for its `start` [s]."""
 
 _POLL = 0.02  # [s]
 # A trial's last command may still be under way when `stop` comes: services do not wait for topics.
@@ -59,6 +63,7 @@ class DemonstrationRecorder(SuiteNode):
         """
         super().__init__("demonstration_recorder")
         self._settings = declare_settings(self, RecorderSettings, apply=self._change)
+        self._next_directory = PassingParameter(self, "next_directory", NEXT_DIRECTORY_TIMEOUT)
         self._object = declare_settings(self, ObjectSettings, apply=self._change_object)
         self._recording: LiveRecording | None = None
         self._watcher: Timer | None = None
@@ -97,10 +102,12 @@ class DemonstrationRecorder(SuiteNode):
 
     async def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Begin a recording; answers when its first sample is on disk."""
+        settings = self._settings
+        if settings.next_directory:
+            self._next_directory.clear()
         if self._recording is not None:
             response.message = _busy(self._recording)
             return response
-        settings = self._settings
         if not settings.joints:
             response.message = (
                 "the parameter joints is empty; name the joints to record, for example by loading "

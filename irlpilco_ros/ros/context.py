@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import rclpy
 from rclpy.context import Context
@@ -33,15 +34,26 @@ def begin(argv: Sequence[str] | None = None, context: Context | None = None) -> 
             ROS_DOMAIN_ID that is no number, or a keystore that lacks a key.
     """
     narrowed = keep_to_this_host(os.environ)
-    try:
+    with told_in_words():
         rclpy.init(
             args=None if argv is None else list(argv),
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )
+    return narrowed
+
+
+@contextmanager
+def told_in_words() -> Iterator[None]:
+    """Have what ROS refuses at its start told in a sentence.
+
+    Raises:
+        RosStartError: (from the block) ROS, or the middleware when the first node is made, refuses.
+    """
+    try:
+        yield
     except RuntimeError as error:  # rclpy's RCLError; it has no name in public
         raise RosStartError(f"ROS 2 does not start: {_in_words(error)}") from error
-    return narrowed
 
 
 def _in_words(error: RuntimeError) -> str:

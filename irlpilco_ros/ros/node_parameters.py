@@ -41,6 +41,7 @@ NODE_PARAMETERS = (
     "motion_distance",
     "motion_file",
     "motion_speed",
+    "next_directory",
     "object_noise",
     "object_place",
     "object_pose",

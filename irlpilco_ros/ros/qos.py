@@ -43,3 +43,6 @@ DIAGNOSTICS = _profile(10)
 
 LATCHED = _profile(1, latched=True)
 """The last message is kept for whoever comes later."""
+
+TF = _profile(100)
+"""/tf, as everybody has it."""

@@ -59,14 +59,14 @@ def run_node(
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
         reason is on stderr then.
     """
+    stop = threading.Event()
+    _on_signals(stop)
     try:
         # rclpy's own handlers would end the context before shutdown() could publish anything.
         narrowed = begin(argv)
     except RosStartError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    stop = threading.Event()
-    _on_signals(stop)
     try:
         node = make_node()
     except _BAD_START as error:

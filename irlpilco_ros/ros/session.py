@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.validate_namespace import validate_namespace
 
 from irlpilco_ros.ros.clients import Clients
-from irlpilco_ros.ros.context import RosStartError, begin
+from irlpilco_ros.ros.context import RosStartError, begin, told_in_words
 from irlpilco_ros.ros.learner_progress import LearnerProgress, MalformedProgressError
 from irlpilco_ros.ros.messages import nanoseconds
 from irlpilco_ros.ros.qos import DIAGNOSTICS
@@ -58,7 +58,8 @@ class Session:
         self._context = Context()
         # Ctrl-C must raise KeyboardInterrupt here as in any other command.
         begin(["irlpilco"], self._context)
-        self.node = Node(name, namespace=namespace, context=self._context)
+        with told_in_words():
+            self.node = Node(name, namespace=namespace, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.clients = Clients(self.node)

@@ -18,6 +18,7 @@ from rclpy.parameter_service import ParameterService
 
 from irlpilco_ros.experience.renamed import RENAMED, advice
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.ros.context import told_in_words
 from irlpilco_ros.ros.known_parameters import meant, unknown_parameters
 from irlpilco_ros.ros.parameter_values import as_declared, plain
 
@@ -34,8 +35,10 @@ class SuiteNode(Node):  # type: ignore[misc]
 
         Raises:
             InvalidSettingError: it is started with a parameter that no node has.
+            RosStartError: the middleware refuses, for example one that is built without security.
         """
-        super().__init__(name, start_parameter_services=False)
+        with told_in_words():
+            super().__init__(name, start_parameter_services=False)
         unknown = unknown_parameters(self._parameter_overrides, own)
         if unknown:
             self.destroy_node()

@@ -96,17 +96,9 @@ class TrialRunner:
         return _bag_in(answer), answer
 
     async def _start(self, directory: Path) -> None:
-        """Start to record into a folder; the recorder's own counts again for the next recording."""
-        name = "output_directory"
-        own = await self._clients.get_parameters(RECORDER, (name,))
-        await self._clients.set_parameters(RECORDER, {name: str(directory)})
-        try:
-            await self._clients.trigger(f"{RECORDER}/start", ANSWER_TIMEOUT)
-        except BaseException:
-            with suppress(ServiceError):  # why it did not start is what is told
-                await self._clients.set_parameters(RECORDER, own)
-            raise
-        await self._clients.set_parameters(RECORDER, own)
+        """Start to record into a folder, this once; nothing has to be set back after it."""
+        await self._clients.set_parameters(RECORDER, {"next_directory": str(directory)})
+        await self._clients.trigger(f"{RECORDER}/start", ANSWER_TIMEOUT)
 
     async def _stop_after(self, failure: ServiceError) -> str:
         """End the recording of a motion that failed; return what the recorder says."""

@@ -64,8 +64,8 @@ class RunningDemo:
         found = {}
         for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
             words = Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
-            if b"-m" in words:
-                module = words[words.index(b"-m") + 1].decode()
+            if b"irlpilco_ros.entry" in words:
+                module = words[words.index(b"irlpilco_ros.entry") + 1].decode()
                 found[module.rpartition(".")[2].removesuffix("_node")] = int(child)
         return found
 

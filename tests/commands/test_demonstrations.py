@@ -10,9 +10,11 @@ import pytest
 import toy_robot
 
 from irlpilco_ros.cli import main
+from irlpilco_ros.commands.settings_files import read_robot_settings
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.bag_message import BagMessage, BagTopic
 from irlpilco_ros.experience.bag_writer import DurableBagWriter
+from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, encode
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.experience.trajectory import Trajectory
@@ -209,3 +211,12 @@ def test_a_turning_joint_is_learned_through_its_wrap(files, tmp_path, capsys):
     assert train(bag, tmp_path / "trials", files, tmp_path / "out") == 0
     (error,) = errors(tmp_path / "out")
     assert error == 0.0
+
+
+def test_inspect_judges_the_motion_that_the_learner_takes(repository, capsys):
+    """All that was recorded of it, of which the samples are a part."""
+    bag, file = repository / "bags/sweep/demonstration", repository / "config/baxter.yaml"
+    assert main(["inspect", str(bag), "--robot", str(file)]) == 0
+    (shown,) = checked_demonstrations(bag, read_robot_settings(file))
+    assert shown.motion is not None
+    assert f"; {shown.motion.sentence()}\n" in capsys.readouterr().out

@@ -13,14 +13,17 @@ from irlpilco_ros.commands.node_processes import NodeDiedError, NodeProcesses
 
 # Naps, not one long sleep: a signal right before that would be taken only after it.
 PATIENT = """
-import time
-try:
-    print("ready", flush=True)
-    for _ in range(6000):
-        time.sleep(0.01)
-except KeyboardInterrupt:
-    pass
+import signal, time
+def main():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        print("ready", flush=True)
+        for _ in range(6000):
+            time.sleep(0.01)
+    except KeyboardInterrupt:
+        return 0
 """
+IMPORTING = "import time\nprint('ready', flush=True)\ntime.sleep(60)\n"
 FAILING = "import sys\nprint('cannot find the arm')\nsys.exit(3)\n"
 STUBBORN = (
     "import signal, time\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
@@ -55,6 +58,14 @@ def test_all_are_stopped_in_good_order(start):
     nodes.check()
     assert nodes.stop() == []
     assert all(node.process.returncode == 0 for node in running)
+
+
+def test_one_that_is_stopped_while_it_still_imports_is_no_complaint(start):
+    nodes, begin = start
+    node = begin("early", IMPORTING)
+    wait_for_line(node, "ready")
+    assert nodes.stop() == []
+    assert node.last_lines() == "    ready", "no traceback"
 
 
 def test_each_is_in_a_process_group_of_its_own(start):

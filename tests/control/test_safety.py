@@ -137,3 +137,13 @@ def test_starts_must_be_inside_the_limits():
         check_start(ROBOT, (0.96, 0.0), MARGIN)
     with pytest.raises(InvalidSettingError, match="3 values for 2 joints"):
         check_start(ROBOT, (0.0, 0.0, 0.0), MARGIN)
+
+
+def test_a_gripper_of_a_few_centimetres_has_a_margin_of_its_size():
+    gripper = dataclasses.replace(ROBOT, position_lower=(-1.0, 0.0), position_upper=(1.0, 0.04))
+    command([0.0, 0.01], gripper, positions=[0.0, 0.037])
+    check_start(gripper, (0.0, 0.0021), MARGIN)
+    with pytest.raises(MotionStoppedError, match=r"wrist .* within 0\.002 rad of its upper limit"):
+        command([0.0, 0.01], gripper, positions=[0.0, 0.0385])
+    with pytest.raises(InvalidSettingError, match=r"position_margin = 0\.002 rad"):
+        check_start(gripper, (0.0, 0.0019), MARGIN)

@@ -36,7 +36,16 @@ class FakeRobot:
         heard: when each command came [s, steady].
     """
 
-    def __init__(self, ros, joints, positions=None, wall_step=0.002, lockstep=False, topic=""):
+    def __init__(
+        self,
+        ros,
+        joints,
+        positions=None,
+        wall_step=0.002,
+        lockstep=False,
+        topic="",
+        listeners=1,
+    ):
         self.joints = list(joints)
         self.positions = dict(zip(joints, positions or [0.0] * len(joints), strict=True))
         self.velocities = dict.fromkeys(joints, 0.0)
@@ -55,7 +64,7 @@ class FakeRobot:
             JointState, f"{topic}joint_command", self._take, COMMAND_RECORDING
         )
         self._publisher = ros.publisher(
-            JointState, f"{topic}joint_states", JOINT_STATES_PUB, subscribers=1
+            JointState, f"{topic}joint_states", JOINT_STATES_PUB, subscribers=listeners
         )
         self._clock = ros.publisher(Clock, "/clock", CLOCK) if lockstep else None
         self._thread = threading.Thread(target=self._run, daemon=True)

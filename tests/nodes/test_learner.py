@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import toy_robot
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import parameter_value_to_python
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -37,7 +37,7 @@ class FakeRobot:
         self.calls: list[str] = []
         self.parameters: dict[str, dict] = {
             "controller": {},
-            "demonstration_recorder": {"output_directory": "recordings"},
+            "demonstration_recorder": {},
         }
         self.refuse: dict[str, str] = {}
         self.steps = toy_robot.HORIZON
@@ -50,9 +50,6 @@ class FakeRobot:
                 f"{namespace}/{name}/set_parameters_atomically",
                 lambda request, response, name=name: self._set(name, request, response),
             )
-        graph.node.create_service(
-            GetParameters, f"{namespace}/demonstration_recorder/get_parameters", self._get
-        )
         for name in (
             "controller/stop",
             "controller/move_to_start",
@@ -69,11 +66,6 @@ class FakeRobot:
         self._recording = False
         self._directory = ""
         self._bag: Path | None = None
-
-    def _get(self, request, response):
-        values = [self.parameters["demonstration_recorder"][name] for name in request.names]
-        response.values = [Parameter("_", value=value).get_parameter_value() for value in values]
-        return response
 
     def _set(self, name, request, response):
         values = {p.name: parameter_value_to_python(p.value) for p in request.parameters}
@@ -92,7 +84,7 @@ class FakeRobot:
             return response
         if name == "demonstration_recorder/start":
             self._recording = True
-            self._directory = self.parameters["demonstration_recorder"]["output_directory"]
+            self._directory = self.parameters["demonstration_recorder"].pop("next_directory")
         if name == "controller/run_trial":
             self.go.wait(20.0)
             self._bag = self._try_policy()
@@ -160,8 +152,7 @@ def test_two_iterations(place):
         "demonstration_recorder/stop",
         *["controller/move_to_start", *trial] * 2,
     ]
-    recorder = robot.parameters["demonstration_recorder"]
-    assert recorder["output_directory"] == "recordings", "it is as it was"
+    assert not robot.parameters["demonstration_recorder"], "the recorder is as it was"
     second = place.learn()
     assert second.success, second.message
     found = place.run.metrics()
@@ -234,8 +225,7 @@ def test_a_failure_is_told_and_the_next_call_goes_on(place, service, reason):
     assert not failed.success
     assert reason in failed.message
     assert place.run.metrics_file.read_text() == before
-    recorder = place.robot.parameters["demonstration_recorder"]
-    assert recorder["output_directory"] == "recordings", "it is as it was"
+    place.robot.parameters["demonstration_recorder"].clear()  # as the recorder does at `start`
     again = place.learn()
     assert again.message.startswith(f"iteration {following}: ")
 

@@ -16,6 +16,14 @@ SECURE = {
     "ROS_SECURITY_STRATEGY": "Enforce",
     "ROS_SECURITY_KEYSTORE": "/nowhere",
 }
+KEY_FILES = (
+    "identity_ca.cert.pem",
+    "cert.pem",
+    "key.pem",
+    "permissions_ca.cert.pem",
+    "governance.p7s",
+    "permissions.p7s",
+)
 MINIMAL = str(Path(__file__).with_name("minimal_node.py"))
 
 
@@ -80,4 +88,19 @@ def test_what_ros_itself_refuses_is_a_sentence(ros, arguments, environment, said
     assert line.startswith("error: ROS 2 does not start: ")
     assert said in line
     assert ".c:" not in line
+    assert "Traceback" not in process.output
+
+
+def test_a_middleware_that_cannot_use_the_keys_is_a_sentence(ros, tmp_path):
+    """The wheels' Fast DDS has no security; another finds that these keys are none."""
+    enclave = tmp_path / "keys/enclaves"
+    enclave.mkdir(parents=True)
+    for name in KEY_FILES:
+        (enclave / name).touch()
+    ros.environment |= {**SECURE, "ROS_SECURITY_KEYSTORE": str(enclave.parent)}
+    process = ros.run([sys.executable, MINIMAL])
+    process.expected_code = 1
+    assert process.wait() == 1
+    line = process.output.splitlines()[-1]
+    assert line.startswith("error: ROS 2 does not start: error creating node: ")
     assert "Traceback" not in process.output
