@@ -33,9 +33,9 @@ WATCHED = 5
 
 
 def jobs(seeds: Sequence[int]) -> list[Job]:
-    """Return all jobs: of learning first, then of what stands beside it."""
-    learned = [places_job(robot, seed) for seed in seeds for robot in PLACES_ROBOTS]
-    return learned + [baselines_job(robot, seed) for seed in seeds for robot in PLACES_ROBOTS]
+    """Return all jobs, seed after seed: of learning, and of what stands beside it."""
+    makers = (places_job, baselines_job)
+    return [make(robot, seed) for seed in seeds for make in makers for robot in PLACES_ROBOTS]
 
 
 def places_job(

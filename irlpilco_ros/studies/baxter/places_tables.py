@@ -175,6 +175,7 @@ def _where_they_win(found: Found) -> str:
         learned = {
             name: 1e3 * float(np.median([trial["path"] for trial in trials]))
             for name, trials in learned_trials(found.get(robot, [])).items()
+            if trials
         }
         for name, trials in baseline_trials(found.get(f"carried_{robot}", [])).items():
             error = 1e3 * float(np.median([np.inf if t is None else t["path"] for t in trials]))
