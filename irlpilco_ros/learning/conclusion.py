@@ -21,7 +21,7 @@ def concluded(
     weighed: tuple[Array, float],
     previous: Iteration | None,
 ) -> Iteration:
-    """Return the iteration of a policy that was found, but for times and notes.
+    """Return the iteration of a policy that was found, but for its model, times and notes.
 
     Args:
         task: What it is for.
@@ -38,7 +38,6 @@ def concluded(
     return Iteration(
         index=len(trials),
         policy=found.policy,
-        hyperparameters=objective.model.hyperparameters,
         weights=weights,
         margin=margin,
         cost=found.cost,

@@ -95,6 +95,7 @@ def learn(
         searched = time.perf_counter()
     return dataclasses.replace(
         iteration,
+        hyperparameters=model.hyperparameters,
         model_seconds=trained - began,
         policy_seconds=searched - trained,
         learned=margin <= settings.margin_tolerance,
