@@ -26,8 +26,8 @@ from sim_bridge.errors import ApproachError
 
 EXPERIMENT = "places"
 
-AT = 10
-"""Number of places at which a seed tries them."""
+AT = 5
+"""Number of places at which a seed tries them: four seeds, at all of them."""
 
 GAIN = 1.0
 """Of iterative learning control; of the five of `iterative_control` the best where it was shown."""
@@ -38,7 +38,7 @@ def baselines_job(
 ) -> Job:
     """Return the job of the baselines on a robot of `ROBOTS`; arguments as `baselines_run`.
 
-    Without a list of places they are half of those of the study, the other half with the next seed.
+    Without a list of places they are those of the study that learning practises with this seed.
     """
     arguments = {
         "robot": robot,
