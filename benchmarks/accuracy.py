@@ -1,17 +1,20 @@
-"""What `first_order` costs in accuracy: whole predicted trajectories against samples.
+"""What `first_order` and `linearised` cost in accuracy: whole predicted trajectories.
 
-Predictions by `first_order` and by `exact` are compared with each other, and both with 100000
+Predictions by them and by `exact` are compared with each other, and both with 100000
 Monte-Carlo trajectories of the same model, policy and start. The models are trained with a zero
 prior mean, so that the GP has everything to say.
 """
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 
 from benchmarks.problems import arm_objective, sweep_data
 from benchmarks.timing import conditions
 from irlpilco_ros.learning.gp.kernel import squared_exponential
+from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.moments.squashing import squash
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread, run_parallel
@@ -90,12 +93,12 @@ def main() -> None:
             *sweep_data(joints, points), threads=THREADS, max_evaluations=60
         )
         found = {}
-        for approximation in ("first_order", "exact"):
+        for approximation in get_args(CovarianceApproximation):
             objective, policy = arm_objective(model, approximation, spread=spread)
             trajectory = objective.evaluate(policy, gradient=False).trajectory
             variances = np.diagonal(trajectory.covariances, axis1=1, axis2=2)
             found[approximation] = trajectory.means, variances
-        pairs = [("first_order", "exact")]
+        pairs = [("linearised", "exact"), ("first_order", "exact")]
         if sampled:
             found["samples"] = monte_carlo(objective, policy)
             pairs += [("first_order", "samples"), ("exact", "samples")]

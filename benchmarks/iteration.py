@@ -39,7 +39,7 @@ class Case:
     bar: float
 
 
-CASES = (Case(0.25, 300, 4.0), Case(0.1, 300, math.inf), Case(0.1, 60, 8.0))
+CASES = (Case(0.25, 300, 4.0), Case(0.1, 300, math.inf), Case(0.1, 200, 8.0))
 
 
 @dataclass(frozen=True)

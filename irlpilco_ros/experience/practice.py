@@ -27,6 +27,8 @@ def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings) -> Task:
         robot.control_period,
         robot.control_limit,
         robot.feature_map,
+        position_noise=robot.position_noise,
+        velocity_noise=robot.velocity_noise,
         layout=robot.roles.layout,
         start_spread=robot.start_spread,
     )

@@ -122,6 +122,21 @@ class RobotSettings(MotionSettings):
         minimum=0.0,
         maximum=10.0,
     )
+    position_noise: float = setting(
+        1e-3,
+        "Standard deviation of the noise of measured positions; [m] of joints that slide. What "
+        "repeats no better than this, learning takes for good.",
+        unit="rad",
+        minimum=1e-9,
+        maximum=1.0,
+    )
+    velocity_noise: float = setting(
+        1e-2,
+        "Standard deviation of the noise of measured velocities; [m/s] of joints that slide.",
+        unit="rad/s",
+        minimum=1e-9,
+        maximum=10.0,
+    )
     options: Mapping[str, Any] = extension_settings(REGISTRY.classes)
 
     def __post_init__(self) -> None:

@@ -72,9 +72,11 @@ class LearningSettings:
     )
     covariance_approximation: str = setting(
         "first_order",
-        "How the covariance between predicted states is computed: first_order is several times "
-        "faster, exact is exact.",
-        choices=("first_order", "exact"),
+        "How an uncertain state is predicted. first_order: by moment matching, covariances between "
+        "outputs to first order; exact: those exactly, several times slower; linearised: the model "
+        "is taken for linear about the mean, several times faster, for motions that a robot "
+        "repeats closely.",
+        choices=("first_order", "exact", "linearised"),
     )
     policy: str = setting(
         "linear_phase",

@@ -7,13 +7,13 @@ functions run in processes of their own (`workers`).
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -68,16 +68,27 @@ def workers() -> Iterator[ProcessPoolExecutor]:
     At the end of the `with`, what has not begun is dropped.
     """
     count = min(2, os.cpu_count() or 1)
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, context, initializer=_leave_interrupts_to_the_parent)
+    pool = ProcessPoolExecutor(count, _Workers())
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _leave_interrupts_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+class _Worker(SpawnProcess):
+    """A process to which Ctrl-C is nothing, also while it imports: the parent ends it."""
+
+    def start(self) -> None:
+        """Start it; a mask of signals is inherited, a handler is not."""
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Workers(SpawnContext):
+    Process = _Worker
 
 
 def count_debris(motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)) -> int:

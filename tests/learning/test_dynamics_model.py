@@ -10,7 +10,7 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 
-APPROXIMATIONS = st.sampled_from(["first_order", "exact"])
+APPROXIMATIONS = st.sampled_from(["linearised", "first_order", "exact"])
 
 
 def check_prediction(model, mean, covariance, approximation):

@@ -1,5 +1,7 @@
 """Moment matching of the dynamics model: the original's values, Monte Carlo, differences."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from block_checks import (
@@ -83,7 +85,7 @@ def test_first_order_differs_only_between_outputs(case, given, expected):
 
 
 @pytest.mark.parametrize("prior", [False, True])
-@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+@pytest.mark.parametrize("approximation", ["linearised", "first_order", "exact"])
 @pytest.mark.parametrize("seed", range(3))
 def test_gradient(approximation, prior, seed):
     model = example_model(seed, prior=prior)
@@ -91,7 +93,7 @@ def test_gradient(approximation, prior, seed):
     check_pullback(lambda g: model.predict(g.mean, g.covariance, approximation), at)
 
 
-@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+@pytest.mark.parametrize("approximation", ["linearised", "first_order", "exact"])
 def test_gradient_over_several_groups_and_strips(approximation):
     model = example_model(4, n=260, outputs=8, inputs=6, threads=2)
     check_that_it_is_cut(model)
@@ -99,12 +101,13 @@ def test_gradient_over_several_groups_and_strips(approximation):
     check_pullback(lambda g: model.predict(g.mean, g.covariance, approximation), at)
 
 
-def test_without_spread_the_variance_over_several_strips_is_the_posteriors():
+@pytest.mark.parametrize("approximation", ["linearised", "first_order", "exact"])
+def test_without_spread_the_variance_over_several_strips_is_the_posteriors(approximation):
     """s^2 - k(x, X) K^-1 k(X, x) (2.24)."""
     model = example_model(4, n=200, inputs=6)
     assert len(column_strips(200)) > 1
     x, hyperparameters = example_input(5, 6).mean, model.hyperparameters
-    moments, _ = model.predict(x, np.zeros((6, 6)), gradient=False)
+    moments, _ = model.predict(x, np.zeros((6, 6)), approximation, gradient=False)
     for a, signal in enumerate(hyperparameters.signal_variance):
         lengthscales = np.exp(hyperparameters.log_lengthscales[a])
         gram = squared_exponential(model.inputs, model.inputs, lengthscales, signal)
@@ -147,6 +150,36 @@ def test_approximations_agree_for_small_spreads():
     np.testing.assert_allclose(exact.covariance, rough.covariance, rtol=1e-5, atol=1e-10)
 
 
+def test_linearised_leaves_out_what_falls_with_the_square_of_the_spread():
+    """A tenth of the spread, a hundredth of the difference to moment matching."""
+    model = example_model(1)
+
+    def difference(spread):
+        at = example_input(3, 4, spread)
+        exact, _ = model.predict(at.mean, at.covariance, "exact")
+        mine, _ = model.predict(at.mean, at.covariance, "linearised")
+        return np.array(
+            [np.abs(exact.mean - mine.mean), np.abs(exact.jacobian - mine.jacobian).max(1)]
+        )
+
+    np.testing.assert_allclose(100.0 * difference(0.003) / difference(0.03), 1.0, atol=0.05)
+
+
+def test_linearised_about_points_that_each_output_has_of_its_own():
+    model = example_model(2, prior=True)
+    shared = model.posterior
+    points = np.repeat(shared.points, shared.outputs, axis=0)
+    each = MomentMatching(dataclasses.replace(shared, points=points), model.prior_mean)
+    at = example_input(7, 4)
+    moments, pullback = each.moments(at.mean, at.covariance, "linearised")
+    expected, expected_pullback = model.predict(at.mean, at.covariance, "linearised")
+    bars = random_bars(np.random.default_rng(0), moments)
+    np.testing.assert_allclose(moments.covariance, expected.covariance, rtol=1e-12)
+    np.testing.assert_allclose(moments.jacobian, expected.jacobian, rtol=1e-12)
+    for mine, theirs in zip(pullback(*bars), expected_pullback(*bars), strict=True):
+        np.testing.assert_allclose(mine, theirs, rtol=1e-10, atol=1e-12)
+
+
 def test_linear_prior_mean_passes_through_exactly():
     """Far from the data the GP says nothing: what is left is the linear mean."""
     model = example_model(3, prior=True)
@@ -161,7 +194,7 @@ def test_linear_prior_mean_passes_through_exactly():
     np.testing.assert_allclose(moments.covariance, expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+@pytest.mark.parametrize("approximation", ["linearised", "first_order", "exact"])
 def test_threads_and_gradient_do_not_change_a_bit(approximation):
     at = example_input(5, 6)
     results = []
@@ -183,7 +216,7 @@ def test_threads_and_gradient_do_not_change_a_bit(approximation):
 def test_refusals_say_what_was_expected():
     model = example_model()
     at = example_input(0, 4)
-    with pytest.raises(InvalidSettingError, match="valid: first_order, exact"):
+    with pytest.raises(InvalidSettingError, match="valid: linearised, first_order, exact"):
         model.predict(at.mean, at.covariance, "second_order")
     with pytest.raises(InvalidSettingError, match=r"expected \(4,\) and \(4, 4\)"):
         model.predict(at.mean[:3], at.covariance)

@@ -169,7 +169,7 @@ def toy_objective(approximation, policy_kind):
     return Objective(model, start, 4, layout, cost, approximation), policy
 
 
-@pytest.mark.parametrize("approximation", ["first_order", "exact"])
+@pytest.mark.parametrize("approximation", ["linearised", "first_order", "exact"])
 @pytest.mark.parametrize("policy_kind", ["linear_phase", "rbf"])
 def test_gradient_agrees_with_finite_differences(approximation, policy_kind):
     objective, policy = toy_objective(approximation, policy_kind)
@@ -251,7 +251,7 @@ def test_a_model_that_returns_nonsense_is_reported():
     log_spread=st.one_of(st.just(-np.inf), st.floats(-15.0, 3.0)),
     log_gain=st.floats(-5.0, 4.0),
     kind=st.sampled_from(["linear", "linear_phase", "rbf"]),
-    approximation=st.sampled_from(["first_order", "exact"]),
+    approximation=st.sampled_from(["linearised", "first_order", "exact"]),
 )
 def test_never_a_bad_number(
     seed, joints, horizon, points, log_lengthscale, log_spread, log_gain, kind, approximation

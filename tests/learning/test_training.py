@@ -96,6 +96,27 @@ def test_a_warm_start_where_all_is_noise_is_left():
         assert reached < best + 1.0
 
 
+def test_without_the_cold_search_a_warm_start_is_all_there_is():
+    """It stays in the trap that the search beside it leaves, and takes fewer evaluations."""
+    rng = np.random.default_rng(2)
+    x = rng.standard_normal((40, 3))
+    y = np.sin(0.5 * x @ rng.standard_normal((3, 2))) + 0.01 * rng.standard_normal((40, 2))
+    trap = Hyperparameters(np.full((2, 3), 3.0), np.log(1e-2 * y.std(0)), np.log(y.std(0)))
+    both, alone = (
+        DynamicsModel.train(
+            x,
+            y,
+            warm_start=trap,
+            max_evaluations=40,
+            hyperprior="dimension_scaled",
+            cold_search=cold_search,
+        ).hyperparameters
+        for cold_search in (True, False)
+    )
+    for a in range(2):
+        assert scaled_evidence(x, y, alone, a) > scaled_evidence(x, y, both, a) + 1.0
+
+
 def test_the_prior_mean_is_taken_off_first():
     rng = np.random.default_rng(3)
     x = rng.standard_normal((30, 6))

@@ -190,12 +190,20 @@ def test_a_controller_that_was_stopped_itself_ends_the_trial(graph, diagnostics,
 
 
 def test_a_joint_beyond_its_limit_stops_the_robot_whatever_is_commanded(graph, diagnostics):
+    """A try that a busy computer ends by its silence tells nothing of the limit."""
+    tries = []
     with FakeRobot(graph, JOINTS, wall_step=0.01) as robot:
-        answer = run_undisturbed(graph, robot)
-        robot.positions["wrist"] = 1.02  # the trial moves it back
-        reason = "joint wrist is at 1.0"
-        assert_stopped(graph, robot, answer, reason, diagnostics)
-        assert "beyond its upper limit 1 rad" in answer.result().message
+        for _ in range(TRIES):
+            answer = run_undisturbed(graph, robot)
+            robot.positions["wrist"] = 1.02  # the trial moves it back
+            graph.wait_for(answer.done, "the answer")
+            tries.append(answer.result().message)
+            if "joint wrist is at 1.0" in tries[-1]:
+                assert_stopped(graph, robot, answer, "joint wrist is at 1.0", diagnostics)
+                assert "beyond its upper limit 1 rad" in tries[-1]
+                return
+            robot.positions.update(dict.fromkeys(JOINTS, 0.0))
+    raise AssertionError(tries)
 
 
 def test_a_waiting_simulation_may_stand_still_and_repeat_itself(graph):

@@ -80,6 +80,7 @@ def maximise_evidence(
     progress: Callable[[float], None] | None,
     linear: LinearPart | None = None,
     repeated: RepeatedPart | None = None,
+    cold_search: bool = True,
 ) -> Hyperparameters:
     """Return the hyperparameters of zero-mean GPs that maximise the evidence times the hyperprior.
 
@@ -96,6 +97,7 @@ def maximise_evidence(
             time; may raise to cancel.
         linear: The linear part of the kernel; None for none.
         repeated: To which step of a trial each point belongs; None if nothing repeats.
+        cold_search: False leaves out that second search where there is a warm start.
 
     Raises:
         InvalidSettingError: if the warm start does not fit the data.
@@ -106,7 +108,7 @@ def maximise_evidence(
     scales = _Scales.of(inputs, targets)
     starts = scales.starts(prior)
     if warm_start is not None:
-        starts[0] = _stack(warm_start, outputs, size)
+        starts = [_stack(warm_start, outputs, size), *(starts[1:] if cold_search else [])]
     chosen = np.linspace(0, len(inputs) - 1, min(len(inputs), max_points)).astype(int)
     points, values = inputs[chosen], targets[chosen]
     report = _OutputCounter(progress, outputs)

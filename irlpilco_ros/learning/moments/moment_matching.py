@@ -7,7 +7,7 @@ of input and output, hence positive semi-definite:
     first_order:  R = diag(v - diag(V S V'))      so that cov[f_a, f_b] = V_a' S V_b
     exact:        R = C - V S V'                  with the exact covariances C of each pair
 
-A prior mean A x adds A to V and leaves R as it is.
+A prior mean A x adds A to V and leaves R as it is. A third way matches no moments: `linearised`.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.gp.posterior import Posterior
 from irlpilco_ros.learning.moments.displacements import Displacements
 from irlpilco_ros.learning.moments.gaussian import Moments, Pullback
+from irlpilco_ros.learning.moments.linearised import linearised
 from irlpilco_ros.learning.moments.output_moments import OutputGroup, OutputMoments, output_moments
 from irlpilco_ros.learning.moments.pair_moments import PairMoments, all_pairs
 from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 from irlpilco_ros.learning.numerics.sharing import output_groups
 from irlpilco_ros.learning.numerics.threads import Deferred, one_blas_thread, run_parallel
 
-CovarianceApproximation: TypeAlias = Literal["first_order", "exact"]
+CovarianceApproximation: TypeAlias = Literal["linearised", "first_order", "exact"]
 
 _SMALLEST_REMAINDER = 1e-12  # of the signal variance; what rounding can leave below it
 
@@ -67,7 +68,7 @@ class MomentMatching:
         Args:
             mean: Of shape (P,).
             covariance: Of shape (P, P).
-            approximation: "first_order" or "exact".
+            approximation: "linearised", "first_order" or "exact".
             gradient: False saves the work for the pullback, which is None then.
 
         Raises:
@@ -75,6 +76,10 @@ class MomentMatching:
             NumericalError: if the input is not finite or its covariance is indefinite.
         """
         _check_input(self.prior_mean, mean, covariance, approximation)
+        if approximation == "linearised":
+            return linearised(
+                self.posterior, self.prior_mean, mean, covariance, gradient, self.threads
+            )
         groups = self._groups
         threads = min(self.threads, len(groups))  # less is not worth sharing
         covariance = symmetric(covariance)

@@ -64,6 +64,7 @@ class DynamicsModel:
         hyperprior: HyperpriorName = "pilco",
         linear: LinearPart | None = None,
         repeated: RepeatedPart | None = None,
+        cold_search: bool = True,
     ) -> DynamicsModel:
         """Return the model of most evidence.
 
@@ -82,6 +83,7 @@ class DynamicsModel:
             linear: Part of the dynamics that is linear, with coefficients to be identified.
             repeated: To which step of its trial each point belongs, where what repeats there is
                 to be identified.
+            cold_search: As `maximise_evidence`.
 
         Raises:
             InvalidSettingError: if shapes disagree or the data are not finite.
@@ -101,6 +103,7 @@ class DynamicsModel:
             progress,
             linear,
             repeated,
+            cold_search,
         )
         return DynamicsModel.condition(
             inputs, targets, hyperparameters, prior, threads, max_exact_points, linear, repeated
@@ -184,7 +187,8 @@ class DynamicsModel:
             mean: Of state and control, of shape (P,).
             covariance: Of shape (P, P), positive semi-definite (it may be zero).
             approximation: How covariances between different outputs are found: "exact"
-                (E (E - 1) / 2 more n x n blocks) or "first_order" (V_a' S V_b).
+                (E (E - 1) / 2 more n x n blocks), "first_order" (V_a' S V_b), or "linearised", as
+                that, with everything else to first order too.
             gradient: False saves the work for the pullback, which is None then.
             step: Of a trial, from 0, for what repeats there; None for no trial's.
 
