@@ -50,12 +50,14 @@ class Adapter:
         tools: The robot's tools.
         objects: Where the object was in demonstrations that do not tell.
         settings: What is accepted.
+        description: The URDF that was told on robot_description, for tools that name none.
     """
 
     robot: RobotSettings
     tools: ToolSettings
     objects: ObjectSettings
     settings: AdaptSettings
+    description: str = ""
 
     def adapt(
         self,
@@ -78,7 +80,7 @@ class Adapter:
             BagError: where the object was in a demonstration is not known.
             UnreachableError: the motion cannot be done there; nothing was written.
         """
-        kinematics = kinematics_of(self.tools, self.robot.joints)
+        kinematics = kinematics_of(self.tools, self.robot.joints, self.description)
         carrier = Carrier(kinematics, self.robot.lower, self.robot.upper)
         bags = demonstration_bags(run.directory.demonstration_directory)
         before = demonstrated_poses(bags, self.objects.pose)

@@ -38,6 +38,7 @@ from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.description_watch import DescriptionWatch
 from irlpilco_ros.ros.health import OK, WARN, Health
 from irlpilco_ros.ros.learner_progress import IterationClock, LearnerProgress
 from irlpilco_ros.ros.learner_worker import LearnerWorker
@@ -113,6 +114,7 @@ class Learner(SuiteNode):
         self._accepted = declare_settings(self, AdaptSettings, apply=self._accept)
         self._object = declare_settings(self, ObjectSettings, apply=self._place_object)
         self._objects = ObjectWatch(self)
+        self._description = None if self._tools.urdf else DescriptionWatch(self)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration
         )
@@ -290,7 +292,11 @@ class Learner(SuiteNode):
 
     @property
     def _adapter(self) -> Adapter:
-        return Adapter(self._robot, self._tools, self._object, self._accepted)
+        told = ""
+        if self._description is not None:
+            self._description.catch_up()
+            told = self._description.text
+        return Adapter(self._robot, self._tools, self._object, self._accepted, told)
 
     def _seen(self) -> Array | None:
         """Return where the object was last seen (n, 4, 4), or is said to be; None if unknown."""

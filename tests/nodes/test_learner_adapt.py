@@ -9,7 +9,9 @@ import numpy as np
 import practising_arm
 import pytest
 from geometry_msgs.msg import PoseStamped
+from planar_arm import PLANAR
 from practising_arm import OBJECT, PERIOD, SETTINGS
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from test_learner import FakeRobot
 
@@ -19,7 +21,7 @@ from irlpilco_ros.experience.policy_file import policy_from_parameters, read_pol
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.kinematics.rigid_motion import quaternion_of
 from irlpilco_ros.learning.settings import values_of
-from irlpilco_ros.ros.qos import OBJECT_POSE_PUB
+from irlpilco_ros.ros.qos import LATCHED, OBJECT_POSE_PUB
 
 pytestmark = pytest.mark.dds
 
@@ -158,6 +160,18 @@ def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
     assert ros.set_parameters("learner", {"object_pose": pose}).successful
     moved = ros.trigger("learn_iteration")
     assert "the object has moved by 0.032 m and 0.050 rad" in moved.message
+    answer = work.adapt()
+    assert answer.success, answer.message
+    assert "moved by (-0.030, 0.010) m and 0.050 rad" in answer.message
+
+
+def test_where_no_urdf_is_named_what_is_told_counts(ros, tmp_path):
+    work = Workplace(ros, tmp_path, urdf="")
+    assert ros.trigger("learn_iteration").success
+    pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
+    assert ros.set_parameters("learner", {"object_pose": pose}).successful
+    assert "urdf is not set" in work.adapt().message
+    ros.publisher(String, "robot_description", LATCHED, subscribers=1).publish(String(data=PLANAR))
     answer = work.adapt()
     assert answer.success, answer.message
     assert "moved by (-0.030, 0.010) m and 0.050 rad" in answer.message
