@@ -23,6 +23,7 @@ from irlpilco_ros.commands import (
     study,
     sweep,
     train,
+    view,
 )
 from irlpilco_ros.learning.errors import IrlPilcoError
 
@@ -33,6 +34,7 @@ COMMANDS = (
     train,
     adapt,
     report,
+    view,
     robot,
     check,
     inspect,

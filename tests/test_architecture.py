@@ -57,6 +57,7 @@ MAY_IMPORT = {
     "irlpilco_ros.ros": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "irlpilco_ros.nodes": (*BELOW_CONTROL, "irlpilco_ros.control", "irlpilco_ros.ros"),
     "irlpilco_ros.report": (*BELOW_CONTROL, "sim_bridge"),
+    "irlpilco_ros.view": (*BELOW_CONTROL, "irlpilco_ros.report"),
     "irlpilco_ros.studies": (
         *BELOW_CONTROL,
         "irlpilco_ros.control",

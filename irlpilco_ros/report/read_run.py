@@ -36,8 +36,8 @@ def read_run(run: RunDirectory) -> RunSummary:
     """
     configuration = run.configuration()
     try:
-        joints = _joints(configuration)
-        wanted = _wanted(configuration, joints)
+        joints = run_joints(configuration)
+        wanted = run_wanted(configuration, joints)
     except InvalidSettingError as error:
         raise RunDirectoryError(f"{run.configuration_file}: {error}") from error
     rows = [row for row in run.metrics() if (row.iteration or 0) < run.moved_at]
@@ -80,7 +80,12 @@ def read_run(run: RunDirectory) -> RunSummary:
     )
 
 
-def _joints(configuration: Mapping[str, Any]) -> Joints:
+def run_joints(configuration: Mapping[str, Any]) -> Joints:
+    """Return the joints of a run.
+
+    Raises:
+        InvalidSettingError: its configuration names none.
+    """
     names = _names(configuration, "joints")
     if not names:
         raise InvalidSettingError("joints is missing or empty; expected the names of the joints")
@@ -91,8 +96,12 @@ def _joints(configuration: Mapping[str, Any]) -> Joints:
     )
 
 
-def _wanted(configuration: Mapping[str, Any], joints: Joints) -> Wanted:
-    """Return what of the demonstrations the run imitates."""
+def run_wanted(configuration: Mapping[str, Any], joints: Joints) -> Wanted:
+    """Return what of the demonstrations the run imitates.
+
+    Raises:
+        InvalidSettingError: its configuration lacks something, or a value is wrong.
+    """
     return Wanted(
         joints,
         _number(configuration, "control_period", int, float),

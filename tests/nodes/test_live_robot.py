@@ -1,0 +1,33 @@
+"""`irlpilco view --live` hears where a running robot is, and says when it hears nothing."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from controlled_robot import JOINTS
+from fake_robot import FakeRobot
+
+from irlpilco_ros.ros.live_robot import LiveRobot
+from irlpilco_ros.ros.session import Session
+
+
+@pytest.mark.dds
+def test_it_follows_joint_states_and_says_when_there_are_none(ros, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
+    shown = []
+    with Session("irlpilco_view") as session:
+        live = LiveRobot(session)
+
+        def told(words):
+            end = time.monotonic() + 30.0
+            while not shown or words not in shown[-1][1]:
+                assert time.monotonic() < end, shown[-1:]
+                assert live.tell(lambda *what: shown.append(what))
+            return shown[-1][0]
+
+        assert told("**no joint state** on /joint_states") == {}
+        with FakeRobot(ros, JOINTS, positions=[0.25, -0.5]):
+            positions = told("**live**: /joint_states")
+            assert {joint: positions[joint] for joint in JOINTS} == {"elbow": 0.25, "wrist": -0.5}
+        assert told("**no joint state**")["elbow"] == 0.25
