@@ -43,11 +43,8 @@ setup(
     ],
     extras_require={
         "dask": ["distributed"],  # irlpilco study --dask
-<<<<<<< HEAD
         "study": ["movement_primitives", "pytransform3d"],  # a baseline of its experiment places
-=======
         "view": ["viser>=1.0"],  # irlpilco view
->>>>>>> main
     },
     entry_points={
         "console_scripts": [f"irlpilco = {NAME}.entry:irlpilco"],
