@@ -13,15 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from geometry_msgs.msg import PoseStamped
 from ros_graph import REPOSITORY
 
 from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.motion import MotionSettings, find_motion
-from irlpilco_ros.experience.places import read_places
 from irlpilco_ros.experience.run_directory import RunDirectory
-from irlpilco_ros.ros.qos import OBJECT_POSE_PUB
 
 pytestmark = pytest.mark.dds
 
@@ -39,19 +35,10 @@ def sixth_shell() -> list[str]:
     return block.group(1).strip().splitlines()
 
 
-def going_on_there() -> list[str]:
-    """Return the commands by which docs/moving_object.md goes on where the object is now."""
-    text = (REPOSITORY / "docs/moving_object.md").read_text(encoding="utf-8")
-    block = re.search(r"## Going on there\s+```sh\n(.*?)```", text, re.DOTALL)
-    assert block is not None
-    return block.group(1).replace("\\\n", " ").strip().splitlines()
-
-
-def start_simulator(ros, *arguments, **pace):
+def start_simulator(ros, **pace):
     """Start the robot; the first shell."""
     return ros.start(
         "sim_bridge.baxter_simulator_node",
-        *arguments,
         files=["config/baxter_simulator.yaml"],
         parameters={"debris": 0, **pace},
     )
@@ -79,14 +66,6 @@ def type_in(ros, command: str, folder: Path) -> str:
         answer = ros.trigger(call.group(1), timeout=120.0)
         assert answer.success, answer.message
         return answer.message
-    pose = re.fullmatch(
-        r"ros2 topic pub --once /(\S+) geometry_msgs/msg/PoseStamped +'(.*)'", command
-    )
-    if pose is not None:
-        topic, values = pose.groups()
-        poses = ros.publisher(PoseStamped, topic, OBJECT_POSE_PUB, subscribers=2)
-        poses.publish(typed_pose(yaml.safe_load(values)["pose"]))
-        return values
     setting = re.fullmatch(r"ros2 param set /(\S+) (\S+) \$PWD/(\S+)", command)
     assert setting is not None, f"README has a command that is not known here: {command}"
     node, name, value = setting.groups()
@@ -95,41 +74,13 @@ def type_in(ros, command: str, folder: Path) -> str:
     return str(folder / value)
 
 
-def typed_pose(values: dict) -> PoseStamped:
-    """Return a message as `ros2 topic pub` makes it: what is not typed keeps its default."""
-    message = PoseStamped()
-    for part, numbers in values.items():
-        for name, number in numbers.items():
-            setattr(getattr(message.pose, part), name, float(number))
-    return message
-
-
-def go_on_where_it_lies(ros, folder: Path, run: RunDirectory) -> None:
-    """Type in where the object is, and what follows; nobody else tells."""
-    answers = {line: type_in(ros, line, folder) for line in going_on_there()}
-    adapted, moved = (
-        next(text for line, text in answers.items() if f"/{name} " in line)
-        for name in ("learner/adapt", "controller/run_trial")
-    )
-    typed = re.search(r"moved by \((.*?), (.*?)\) m and (.*?) rad: (\S+) rad off", adapted)
-    assert typed is not None, adapted
-    x, y, turn, predicted = map(float, typed.groups())
-    np.testing.assert_allclose((x, y, turn), (0.045, -0.03, 0.2), atol=0.005)
-    assert predicted < 0.01
-    assert "completed" in moved or "done" in moved, moved
-    row = run.metrics()[-1]
-    assert (row.iteration, len(read_places(run.places_directory))) == (3, 1)
-    assert row.path_rmse_rad < 0.02
-    assert row.rmse_rad < 0.015
-
-
 def test_what_is_typed_in_the_sixth_shell_is_learned_from_onset_to_end(ros, tmp_path):
     robot = start_simulator(ros, real_time_factor=PACE)
     start_others(ros, tmp_path)
     answers = {line: type_in(ros, line, tmp_path) for line in sixth_shell()}
     stopped = next(answers[line] for line in answers if line.split()[3].endswith("recorder/stop"))
     assert robot.stop() == 0
-    start_simulator(ros, "-r", "object_pose:=camera", lockstep=True)
+    start_simulator(ros, lockstep=True)
     for _ in range(2):
         type_in(ros, "ros2 service call /learn_iteration std_srvs/srv/Trigger", tmp_path)
 
@@ -157,4 +108,3 @@ def test_what_is_typed_in_the_sixth_shell_is_learned_from_onset_to_end(ros, tmp_
     np.testing.assert_allclose(there, shown.positions[-1], atol=0.005)
     first = trial.positions[trial.stamps >= done[0]][0, trial.columns(shown.joint_names)]
     np.testing.assert_allclose(first, shown.positions[0], atol=0.01)
-    go_on_where_it_lies(ros, tmp_path, run)
