@@ -32,12 +32,15 @@ from irlpilco_ros.experience.object_pose import ObjectSettings
 from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.kinematics.rigid_motion import mean_pose
 from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.settings import check, setting
 from irlpilco_ros.ros.clients import Clients, ServiceError
+from irlpilco_ros.ros.description_watch import DescriptionWatch
 from irlpilco_ros.ros.health import OK, WARN, Health
 from irlpilco_ros.ros.learner_progress import IterationClock, LearnerProgress
 from irlpilco_ros.ros.learner_worker import LearnerWorker
@@ -120,6 +123,7 @@ class Learner(SuiteNode):
         self._accepted = declare_settings(self, AdaptSettings, apply=self._accept)
         self._object = declare_settings(self, ObjectSettings, apply=self._place_object)
         self._objects = ObjectWatch(self)
+        self._description = None if self._tools.urdf else DescriptionWatch(self)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration
         )
@@ -303,17 +307,15 @@ class Learner(SuiteNode):
             IrlPilcoError: the motion cannot be done there, or the controller refuses.
         """
         self._say("open run")
-        self._objects.catch_up()
-        now = self._objects.pose
-        now = self._object.pose if now is None else now
-        if now is None:
+        seen = self._seen()
+        if seen is None:
             raise BagError(
                 f"where the object is now is not known: no pose came on {self._objects.topic_name}"
                 f"{'; ' + self._objects.fault if self._objects.fault else ''}; publish it, or set "
                 "the learner's parameter object_pose"
             )
         run = await self._compute(self._open)
-        adapter = Adapter(self._robot, self._tools, self._object, self._accepted)
+        now, adapter = mean_pose(seen), self._adapter
         self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
         adapted, sentence = await self._compute(
             lambda: adapter.adapt(run, lambda before: now, self._take_progress)
@@ -324,11 +326,33 @@ class Learner(SuiteNode):
         await self._trials.hand_over(adapted.plan.parameters)
         return str(sentence)
 
+    @property
+    def _adapter(self) -> Adapter:
+        told = ""
+        if self._description is not None:
+            self._description.catch_up()
+            told = self._description.text
+        return Adapter(self._robot, self._tools, self._object, self._accepted, told)
+
+    def _seen(self) -> Array | None:
+        """Return where the object was last seen (n, 4, 4), or is said to be; None if unknown."""
+        self._objects.catch_up()
+        said = self._object.pose
+        return self._objects.readings if said is None or self._objects.last else said[None]
+
     async def _iterate(self) -> str:
-        """Do what Algorithm 3 does between two questions to the user; return one line about it."""
+        """Do what Algorithm 3 does between two questions to the user; return one line about it.
+
+        Raises:
+            ObjectMovedError: the object is not where the policy would sweep.
+            IrlPilcoError: something else went wrong.
+        """
         self._say("open run")
         await self._trials.settle()
         run = await self._compute(self._open)
+        seen = self._seen()
+        if seen is not None:
+            await self._compute(lambda: self._adapter.check_stayed(run, seen))
         if run.next_index == 0:
             await self._do_trial(run)
         report = await self._do_trial(run)
