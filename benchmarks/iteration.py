@@ -17,7 +17,8 @@ from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.studies.baxter.iterative_control import improved
-from irlpilco_ros.studies.baxter.motion_bench import BAXTER_JOINTS, MotionBench, sweep_settings
+from irlpilco_ros.studies.baxter.motion_bench import MotionBench, sweep_settings
+from irlpilco_ros.studies.baxter.motion_measure import BAXTER_JOINTS
 
 TRIALS = 5
 _GAIN = 0.5

@@ -101,6 +101,7 @@ LEARNING = (
     "iteration",
     "measured_band",
     "second_search",
+    "conclusion",
     "learn",
     "adapt",
     "apprenticeship",

@@ -133,6 +133,13 @@ def pipeline(shared_ros, tmp_path_factory):
     return Pipeline(shared_ros, tmp_path_factory.mktemp("pipeline"))
 
 
+def cancelled(pipeline, call):
+    """Cancel the iteration under way; return both answers."""
+    answer = pipeline.graph.trigger("learner/cancel", 60.0)
+    pipeline.graph.wait_for(call.done, "the end of the iteration")
+    return answer, call.result()
+
+
 def test_two_iterations_while_the_learner_stays_responsive(pipeline):
     assert pipeline.learn().startswith("iteration 1: trial 001 ")
     call = pipeline.begin_and_wait_for("policy")
@@ -182,6 +189,17 @@ def test_training_on_the_bags_finds_the_same_policies(pipeline, tmp_path):
         ]
 
 
+def test_an_iteration_is_cancelled_while_it_computes(pipeline):
+    call = pipeline.begin_and_wait_for("policy")
+    answer, iteration = cancelled(pipeline, call)
+    assert answer.success, answer.message
+    assert answer.message == "iteration 3 was cancelled (policy); the run is as it was"
+    assert iteration.message == "cancelled: broken off by learner/cancel"
+    assert not iteration.success
+    assert pipeline.run.iterations() == (1, 2)
+    assert pipeline.graph.trigger("learner/cancel").message == "nothing is under way"
+
+
 def test_a_learner_told_to_stop_while_computing_stops_at_once(pipeline):
     pipeline.begin_and_wait_for("model")
     assert pipeline.learner.stop(signal.SIGTERM) == 0
@@ -205,7 +223,7 @@ def test_a_simulator_killed_in_mid_trial_costs_that_trial_only(pipeline):
     assert not call.result().success
     assert "trial stopped: no joint state for 5 s" in call.result().message
     assert len(pipeline.run.metrics()) == 4
-    assert 2 <= read_bag(torn).commanded.sum() <= HORIZON
+    assert 2 <= read_bag(torn).commanded.sum() <= HORIZON + 1  # the zero that stops it, too
     learned = pipeline.run.iteration_file(4).stat().st_mtime_ns
 
     pipeline.simulator = pipeline.start_simulator()
@@ -214,6 +232,20 @@ def test_a_simulator_killed_in_mid_trial_costs_that_trial_only(pipeline):
     )
     assert pipeline.learn().startswith("iteration 4: trial 005 ")
     assert pipeline.run.iteration_file(4).stat().st_mtime_ns == learned
+
+
+def test_a_trial_is_cancelled_and_the_robot_stops(pipeline):
+    for _ in range(5):
+        rows = pipeline.run.metrics_file.read_text()
+        call, torn = pipeline.begin_and_wait_for_commands()
+        answer, iteration = cancelled(pipeline, call)
+        if not answer.message.startswith("too late"):  # a trial in lockstep is soon over
+            break
+    assert answer.success, answer.message
+    assert answer.message.endswith("was cancelled (trial); the run is as it was")
+    assert iteration.message.startswith("cancelled: controller/run_trial refused: trial stopped")
+    assert 2 <= read_bag(torn).commanded.sum() <= HORIZON + 1
+    assert pipeline.run.metrics_file.read_text() == rows
 
 
 def test_a_learner_killed_in_mid_trial_finds_the_trial_on_disk(pipeline):

@@ -6,6 +6,7 @@ import argparse
 import math
 import time
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,10 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.kinematics.description_file import kinematics_of
 from irlpilco_ros.kinematics.tools import ToolSettings
+from irlpilco_ros.learning.errors import IrlPilcoError
+from irlpilco_ros.report.moved_pictures import Swept, moved_animation
+from irlpilco_ros.report.resimulation import PIECES, count_debris
+from sim_bridge.guided_motion import GuidedMotion
 
 if TYPE_CHECKING:
     from irlpilco_ros.ros.session import Session
@@ -39,6 +44,8 @@ ADAPT_TIMEOUT = 300.0
 
 _ASKED = np.array([0.03, 0.03, 0.15])
 """By which what a camera tells may differ from where the pile was laid [m, m, rad]."""
+
+_SHOWN = (0.0, 0.0, 0.0)
 
 _TRIES = 2  # the learner may not have heard of the new pose yet
 
@@ -93,10 +100,15 @@ class MovedDemo:
         tools = settings_from_parameters(ToolSettings, values)
         self._kinematics = kinematics_of(tools, self._robot.joints)
         self._rows: list[MovedRow] = []
+        self._swept: list[Swept] = []
 
     def run(self) -> None:
-        """Go to every place; a printed row for each trial, and all of them in RUN/moved.csv."""
+        """Go to every place; a printed row for each trial, and all of them in RUN/moved.csv.
+
+        RUN/moved.webp shows the first of them beside the last trial where it was learned.
+        """
         print(HEADER, flush=True)
+        self._keep(self._directory.metrics()[-1], _SHOWN)
         for number, place in enumerate(self._moves, start=1):
             where: dict[str, Any] = dict(zip(("x", "y", "turn"), place, strict=True))
             self._lay(place)
@@ -114,6 +126,25 @@ class MovedDemo:
                 values = {**where, "trials_there": trials, "adapt_s": seconds}
                 self._add(MovedRow(number, **values, **self._measured(row, place)))
                 print(self._rows[-1].line(), flush=True)
+                if not trials:
+                    self._keep(row, place)
+        self._draw()
+
+    def _keep(self, row: MetricsRow, place: tuple[float, float, float]) -> None:
+        """Keep a trial for the pictures, if its path was recorded."""
+        path = self._path(row)
+        if path is not None:
+            self._swept.append(Swept(self._guided(path), place))
+
+    def _draw(self) -> None:
+        """Write RUN/moved.webp, or say why it is left out."""
+        file = self._directory.path / "moved.webp"
+        try:
+            file.write_bytes(moved_animation(self._swept, self._seed))
+        except (IrlPilcoError, BrokenExecutor) as error:
+            print(f"{file} is left out: {error}")
+        else:
+            print(f"pictures: {file}")
 
     def _add(self, row: MovedRow) -> None:
         self._rows.append(row)
@@ -154,16 +185,20 @@ class MovedDemo:
     def _place(self) -> Place:
         return read_places(self._directory.places_directory)[-1]
 
-    def _measured(self, row: MetricsRow, place: tuple[float, float, float]) -> dict[str, Any]:
-        """Return what is told of a trial, by the columns of moved.csv."""
-        from irlpilco_ros.report.resimulation import PIECES, count_debris
-        from sim_bridge.guided_motion import GuidedMotion
-
-        shown = self._place().shown[0]
+    def _path(self, row: MetricsRow) -> MotionPath | None:
         recorded = self._directory.read_path(self._directory.trials_directory / f"{row.trial:03d}")
         decided = recorded.stamps[recorded.commanded]
-        joints = self._robot.roles
-        path = path_of(recorded, joints, decided[0], decided[-1] - decided[0])
+        return path_of(recorded, self._robot.roles, decided[0], decided[-1] - decided[0])
+
+    def _guided(self, path: MotionPath) -> GuidedMotion:
+        interval = float(np.median(np.diff(path.times)))
+        every = max(1, round(0.05 / interval))
+        return GuidedMotion(self._robot.joints, every * interval, path.positions[::every])
+
+    def _measured(self, row: MetricsRow, place: tuple[float, float, float]) -> dict[str, Any]:
+        """Return what is told of a trial, by the columns of moved.csv."""
+        shown = self._place().shown[0]
+        path = self._path(row)
         measured: dict[str, Any] = {
             "rmse_rad": row.rmse_rad,
             "path_rmse_rad": row.path_rmse_rad,
@@ -174,13 +209,10 @@ class MovedDemo:
         samples = shown.samples
         times = samples.stamps - samples.stamps[0] - shown.begin
         wanted = MotionPath(times, samples.positions, samples.velocities)
-        every = max(1, round(0.05 / float(np.median(np.diff(path.times)))))
-        interval = every * float(np.median(np.diff(path.times)))
-        swept = GuidedMotion(joints.names, interval, path.positions[::every])
         return {
             **measured,
             "tool_rmse_m": tool_rmse(self._kinematics, path, wanted),
-            "pieces": count_debris(swept, self._seed, place),
+            "pieces": count_debris(self._guided(path), self._seed, place),
             "of_pieces": PIECES,
         }
 

@@ -10,6 +10,7 @@ from irlpilco_ros.commands.counts import at_least
 
 EXPERIMENTS = (
     "motion",
+    "places",
     "control_period",
     "headline",
     "perturbations",
@@ -23,10 +24,10 @@ EXPERIMENTS = (
 
 EPILOG = """\
 baxter     the sweep on a simulated Baxter: the whole path of the arm on robots as they come,
-           miscalibrated and late, beside iterative learning control, and at other control
-           periods; robot time, perturbations against replay, tracking and cloning, debris in
-           the pan, hand features, ablation, and the thesis's own settings and methods over
-           15 iterations
+           miscalibrated and late, beside iterative learning control; the sweep at other places;
+           other control periods; robot time, perturbations against replay, tracking and
+           cloning, debris in the pan, hand features, ablation, and the thesis's own settings
+           and methods over 15 iterations
 
 Every run is a file OUT/EXPERIMENT/CONDITION/SEED.json; a study that was stopped goes on with those
 that are missing. All runs over ten seeds take some hours on two cores; the headline a quarter of

@@ -147,6 +147,13 @@ class ControllerSettings:
         "ros2_control's JointGroupVelocityController.",
         read_only=True,
     )
+    joint_trajectory_output: bool = setting(
+        False,
+        "Also publish commands, integrated to positions, on "
+        "joint_trajectory_controller/joint_trajectory (trajectory_msgs/JointTrajectory) for "
+        "ros2_control's JointTrajectoryController: for robots that take positions only.",
+        read_only=True,
+    )
 
     def __post_init__(self) -> None:
         check(self)

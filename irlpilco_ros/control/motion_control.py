@@ -20,7 +20,7 @@ from irlpilco_ros.control.joint_state_tracker import (
     MalformedJointStateError,
 )
 from irlpilco_ros.control.liveness import Liveness
-from irlpilco_ros.control.motions import Command, Motion, MotionStoppedError
+from irlpilco_ros.control.motions import Command, Motion, MotionStoppedError, Vector
 from irlpilco_ros.control.safety import (
     check_command,
     check_efforts,
@@ -198,7 +198,14 @@ class MotionControl:
         """Return a command that stops the robot, stamped with the newest state."""
         reading = self._tracker.reading()
         stamp = 0 if reading is None else reading.stamp
-        return Command(stamp, np.zeros(len(self.robot.roles.commanded)), done=True)
+        zeros = np.zeros(len(self.robot.roles.commanded))
+        return Command(stamp, zeros, done=True, halts=True)
+
+    @property
+    def commanded_positions(self) -> Vector | None:
+        """Newest positions of the commanded joints (F,); None before all are known."""
+        reading = self._tracker.reading()
+        return None if reading is None else reading.positions[self.robot.roles.commanded_columns]
 
     def silence(self, now: float) -> str:
         """Say which joints are missing, silent or stuck [steady clock, s]; empty if none is."""

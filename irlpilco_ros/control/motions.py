@@ -31,11 +31,13 @@ class Command:
         stamp: Stamp of the joint state on which it was decided [ns].
         values: One control per commanded joint (F,): [rad/s], or [N] or [Nm] of effort.
         done: The motion has come to its end; `values` are zero then.
+        halts: It was stopped before its end.
     """
 
     stamp: int
     values: Vector
     done: bool = False
+    halts: bool = False
 
 
 class Motion(Protocol):

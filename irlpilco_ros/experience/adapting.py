@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.demonstrations import demonstration_bags
+from irlpilco_ros.experience.errors import BagError
+from irlpilco_ros.experience.object_moved import check_stayed
 from irlpilco_ros.experience.object_pose import ObjectSettings, demonstrated_poses, displacement
 from irlpilco_ros.experience.practice import Adapted
 from irlpilco_ros.experience.robot_settings import RobotSettings
@@ -48,12 +50,14 @@ class Adapter:
         tools: The robot's tools.
         objects: Where the object was in demonstrations that do not tell.
         settings: What is accepted.
+        description: The URDF that was told on robot_description, for tools that name none.
     """
 
     robot: RobotSettings
     tools: ToolSettings
     objects: ObjectSettings
     settings: AdaptSettings
+    description: str = ""
 
     def adapt(
         self,
@@ -76,7 +80,7 @@ class Adapter:
             BagError: where the object was in a demonstration is not known.
             UnreachableError: the motion cannot be done there; nothing was written.
         """
-        kinematics = kinematics_of(self.tools, self.robot.joints)
+        kinematics = kinematics_of(self.tools, self.robot.joints, self.description)
         carrier = Carrier(kinematics, self.robot.lower, self.robot.upper)
         bags = demonstration_bags(run.directory.demonstration_directory)
         before = demonstrated_poses(bags, self.objects.pose)
@@ -89,3 +93,24 @@ class Adapter:
             f"{adapted.forecast.sentence()}; the policy is that of iteration "
             f"{adapted.plan.iteration.index}"
         )
+
+    def check_stayed(self, run: Apprenticeship, readings: Array) -> None:
+        """Check that the object is still where the next trial of a run is for.
+
+        Args:
+            run: What is practised, and where.
+            readings: Where the object was last seen, (n, 4, 4).
+
+        Raises:
+            ObjectMovedError: it is not.
+        """
+        made_for = run.object_pose
+        if made_for is not None:
+            check_stayed([made_for], readings)
+            return
+        bags = demonstration_bags(run.directory.demonstration_directory)
+        try:
+            shown = demonstrated_poses(bags, self.objects.pose)
+        except BagError:
+            return  # nobody knows where it was
+        check_stayed(shown, readings)

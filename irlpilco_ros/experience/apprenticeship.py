@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
-from irlpilco_ros.experience.best_trial import best_row, keep_best_policy
+from irlpilco_ros.experience.best_trial import best_row, keep_best_policy, rows_here
 from irlpilco_ros.experience.carried_over import carried_over
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
@@ -187,6 +187,12 @@ class Apprenticeship:
     def task(self) -> Task:
         """The learning problem, where the object is now."""
         return self._practice.task
+
+    @property
+    def object_pose(self) -> Array | None:
+        """Where the object is that the next trial is for (4, 4); None: where it was shown."""
+        place = self._practice.place
+        return place.object_pose if place is not None else None
 
     @property
     def _practice(self) -> Practice:
@@ -390,7 +396,7 @@ class Apprenticeship:
 
     def _best(self) -> Iteration | None:
         """Return the iteration whose trial was the best so far; None if it cannot be had."""
-        row = best_row(self._rows_here())
+        row = best_row(rows_here(self.directory))
         if row is None or row.iteration is None:
             return None
         try:
@@ -400,15 +406,6 @@ class Apprenticeship:
         except IrlPilcoError as error:
             self.notes += (f"what the best trial so far was done with cannot be read: {error}",)
             return None
-
-    def _rows_here(self) -> list[MetricsRow]:
-        """Return the rows of the iterations that were for where the object is now."""
-        task = self.task
-        return [
-            row
-            for row in self.directory.metrics()
-            if row.iteration is not None and self._practice_of(row.iteration).task is task
-        ]
 
     def _keep_best(self) -> tuple[str, ...]:
         """Bring best_policy.yaml up to date; return why not, if it cannot be."""
@@ -498,7 +495,7 @@ class Apprenticeship:
         notes = [*iteration.notes, *self._keep_best()]
         if iteration.learned:
             notes.append("the margin is within margin_tolerance: learned")
-        best = best_row(self._rows_here())
+        best = best_row(rows_here(self.directory))
         if best is not None and best.iteration != row.iteration:
             notes.append(
                 f"the best so far is iteration {best.iteration}: {best.rmse_rad:.4f} rad off"

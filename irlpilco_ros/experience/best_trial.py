@@ -1,4 +1,7 @@
-"""Which trial of a run is the best so far, and its policy in best_policy.yaml."""
+"""Which trial of a run is the best so far, and its policy in best_policy.yaml.
+
+Trials are compared where the object is now: those at other places were of another motion.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from pathlib import Path
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.errors import FileError
 from irlpilco_ros.experience.metrics import MetricsRow
+from irlpilco_ros.experience.places import iterations_here, read_places
 from irlpilco_ros.experience.plain_files import open_regular, read_text
 from irlpilco_ros.experience.run_directory import RunDirectory
 
@@ -20,14 +24,27 @@ def best_row(rows: Iterable[MetricsRow]) -> MetricsRow | None:
     return min(judged, key=lambda row: row.mse, default=None)
 
 
+def rows_here(run: RunDirectory) -> list[MetricsRow]:
+    """Return the rows of the iterations that were for where the object is now.
+
+    Raises:
+        RunDirectoryError: metrics.csv or a place cannot be read.
+    """
+    is_here = iterations_here(run.places_directory)
+    rows = run.metrics()
+    return [row for row in rows if row.iteration is not None and is_here(row.iteration)]
+
+
 def keep_best_policy(run: RunDirectory) -> None:
     """Bring best_policy.yaml up to date: a copy of the best trial's policy file, whole at any time.
 
+    Before the first trial where the object is now, it stays what it was elsewhere.
+
     Raises:
         FileError: the policy cannot be read, or the copy not be written.
-        RunDirectoryError: metrics.csv cannot be read.
+        RunDirectoryError: metrics.csv or a place cannot be read.
     """
-    best = best_row(run.metrics())
+    best = best_row(rows_here(run))
     if best is None or best.iteration is None:
         return
     head = f"# {_words(best)}\n"
@@ -38,7 +55,7 @@ def keep_best_policy(run: RunDirectory) -> None:
 
 def best_command(run: RunDirectory) -> str:
     """Return the command that runs the best policy so far; "" if no trial was judged yet."""
-    best = best_row(run.metrics())
+    best = best_row(rows_here(run))
     if best is None or best.iteration is None:
         return ""
     copy = run.best_policy_file
@@ -50,11 +67,12 @@ def best_sentence(run: RunDirectory) -> str:
     """Return a line that tells the best trial so far, and how to run its policy.
 
     Raises:
-        RunDirectoryError: metrics.csv cannot be read.
+        RunDirectoryError: metrics.csv or a place cannot be read.
     """
-    best = best_row(run.metrics())
+    best = best_row(rows_here(run))
     if best is None:
-        return "best: no trial has been judged yet"
+        where = " where the object is now" if read_places(run.places_directory) else ""
+        return f"best: no trial has been judged yet{where}"
     return f"best: {_words(best)}; run it: {best_command(run)}"
 
 

@@ -25,3 +25,7 @@ class FileError(IrlPilcoError):
 
 class RunDirectoryError(IrlPilcoError):
     """A run directory belongs to another run, is in use, or lacks something."""
+
+
+class ObjectMovedError(IrlPilcoError):
+    """The object of a motion is not where the policy was made for."""

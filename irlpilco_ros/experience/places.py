@@ -7,9 +7,11 @@ it. Each lasts until the next begins.
 
 from __future__ import annotations
 
+import bisect
 import io
 import re
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +50,10 @@ class Place:
         """Whether an object in this pose is at this place."""
         return bool(np.abs(self.object_pose - object_pose).max() <= SAME)
 
+    def is_same(self, other: Place) -> bool:
+        """Whether another place is where this one is; nothing is shown anew where it was shown."""
+        return self.is_at(other.object_pose) or not (self.shown or other.shown)
+
 
 def place_file(folder: Path, number: int) -> Path:
     """Return the path of a place's file; numbers begin with 1."""
@@ -63,6 +69,26 @@ def read_places(folder: Path) -> list[Place]:
     names = (path.name for path in folder.glob("*.npz"))
     count = sum(re.fullmatch(r"\d{3,}\.npz", name) is not None for name in names)
     return [_read(place_file(folder, number)) for number in range(1, count + 1)]
+
+
+def iterations_here(folder: Path) -> Callable[[int], bool]:
+    """Return what tells whether an iteration was for the place where the object is now.
+
+    Raises:
+        RunDirectoryError: a place cannot be read.
+    """
+    places = read_places(folder)
+    if not places:
+        return lambda iteration: True
+    starts = [place.first for place in places]
+
+    def is_here(iteration: int) -> bool:
+        number = bisect.bisect_right(starts, iteration)
+        if not number:
+            return not places[-1].shown
+        return places[number - 1].is_same(places[-1])
+
+    return is_here
 
 
 def write_place(path: Path, place: Place) -> None:

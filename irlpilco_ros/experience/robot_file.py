@@ -187,6 +187,9 @@ def _commands(joints: Sequence[UrdfJoint]) -> Iterable[str]:
             "(controller):"
         )
         yield "    # velocity_controller_output: true"
+    elif any("position" in joint.interfaces for joint in joints):
+        yield from _note("For ros2_control's JointTrajectoryController (controller):")
+        yield "    # joint_trajectory_output: true"
 
 
 def _tools(chains: Sequence[Chain], urdf: str) -> Iterable[str]:

@@ -36,7 +36,8 @@ class ToolSettings:
     urdf: str = setting(
         "",
         "Description of the robot: a URDF file, or package://NAME/FILE for one in the share of a "
-        "package. Needed to carry a demonstration over to where its object is now.",
+        "package; empty for what is told on robot_description. Needed to carry a demonstration "
+        "over to where its object is now.",
     )
     tools: tuple[str, ...] = setting(
         (), "Names of the tools whose poses, seen from the object, make the motion what it is."

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from irlpilco_ros.learning.conclusion import concluded
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import trial_error
@@ -84,13 +85,13 @@ def adapt(
         seen = task.remembering(settings.command_history)
         first = dataclasses.replace(last, policy=initial_policy(seen, settings))
         return learn(task, settings, trials, first, progress, None, tasks)
-    weights, margin = weigh(task, settings, trials, tasks)
+    weighed = weigh(task, settings, trials, tasks)
     here, began = trials_of(task, trials, tasks), time.perf_counter()
     task = task.remembering(settings.command_history)
     with one_blas_thread():
         model = _model(task, settings, trials, last.hyperparameters)
         modelled = time.perf_counter()
-        objective = expected_cost(task, settings, model, here, weights)
+        objective = expected_cost(task, settings, model, here, weighed[0])
         found = search_policy(
             objective,
             [start],
@@ -98,18 +99,11 @@ def adapt(
             settings.screening_evaluations,
             _told(progress, settings.screening_evaluations + 1),
         )
-        prediction = objective.evaluate(found.policy, gradient=False).trajectory
+        iteration = concluded(task, trials, objective, found, weighed, last)
         searched = time.perf_counter()
-    measured = task.state_size
     return dataclasses.replace(
-        Iteration(len(trials), found.policy),
+        iteration,
         hyperparameters=last.hyperparameters,
-        weights=weights,
-        margin=margin,
-        cost=found.cost,
-        predicted_means=prediction.means[:, :measured],
-        predicted_covariances=prediction.covariances[:, :measured, :measured],
-        evaluations=found.evaluations,
         model_seconds=modelled - began,
         policy_seconds=searched - modelled,
         notes=model.notes,

@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 
 from irlpilco_ros.learning import imitation
+from irlpilco_ros.learning.conclusion import concluded
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
@@ -20,7 +21,6 @@ from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import cost_of_trial
 from irlpilco_ros.learning.lag import with_known_history
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.learning.measured_band import measured_deviations
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
@@ -91,22 +91,11 @@ def learn(
             best,
             lambda index: cost_of_trial(objective.cost, trials[index]),
         )
-        prediction = objective.evaluate(found.policy, gradient=False).trajectory
+        iteration = concluded(task, trials, objective, found, weighed, previous)
         searched = time.perf_counter()
-    measured = task.state_size
-    covariances = prediction.covariances[:, :measured, :measured]
-    last = trials[previous.index] if previous is not None else None
-    return Iteration(
-        index=len(trials),
-        policy=found.policy,
+    return dataclasses.replace(
+        iteration,
         hyperparameters=model.hyperparameters,
-        weights=weights,
-        margin=margin,
-        cost=found.cost,
-        predicted_means=prediction.means[:, :measured],
-        predicted_covariances=covariances,
-        predicted_deviations=measured_deviations(task, covariances, previous, last),
-        evaluations=found.evaluations,
         model_seconds=trained - began,
         policy_seconds=searched - trained,
         learned=margin <= settings.margin_tolerance,

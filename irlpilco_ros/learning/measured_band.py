@@ -8,6 +8,8 @@ held what it should of that trial (as calibrated regression does: Kuleshov, Fenn
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from irlpilco_ros.learning.iteration import Iteration
@@ -25,7 +27,7 @@ _FIRST = 2
 
 
 def measured_deviations(
-    task: Task, covariances: Array, previous: Iteration | None, trial: Rollout | None
+    task: Task, covariances: Array, previous: Iteration | None, trials: Sequence[Rollout]
 ) -> Array:
     """Return standard deviations of what will be measured, shape (H + 1, D).
 
@@ -33,19 +35,25 @@ def measured_deviations(
         task: Tells the noise of the sensors.
         covariances: Predicted ones, shape (H + 1, D, D).
         previous: The iteration before, with its prediction if that is told; None for none.
-        trial: That of its policy; None if there is none.
+        trials: Every trial so far. If that of its policy is not among them, for the object moved
+            before, what corrected the iteration before corrects this one.
     """
-    scale = 1.0
-    if previous is not None and not previous.predicted_means.size:
-        previous = None  # its prediction is not told
-    if previous is not None and trial is not None and previous.index >= _FIRST:
-        off = trial.states - previous.predicted_means
-        angles = list(task.state_layout.angles)
-        off[:, angles] = np.arctan2(np.sin(off[:, angles]), np.cos(off[:, angles]))
-        positions = task.state_size // 2  # what is shown and watched
-        ratios = np.abs(off) / _uncorrected(task, previous.predicted_covariances)
-        scale = max(float(np.quantile(ratios[1:, :positions], _HELD)) / 2.0, _SMALLEST)
-    return scale * _uncorrected(task, covariances)
+    return _scale(task, previous, trials) * _uncorrected(task, covariances)
+
+
+def _scale(task: Task, previous: Iteration | None, trials: Sequence[Rollout]) -> float:
+    if previous is None or not previous.predicted_means.size or previous.index < _FIRST:
+        return 1.0  # its prediction is not told, or tells nothing
+    uncorrected = _uncorrected(task, previous.predicted_covariances)
+    positions = task.state_size // 2  # what is shown and watched
+    if previous.index >= len(trials):
+        corrected = previous.predicted_deviations / uncorrected
+        return max(float(np.median(corrected[1:, :positions])), _SMALLEST)
+    off = trials[previous.index].states - previous.predicted_means
+    angles = list(task.state_layout.angles)
+    off[:, angles] = np.arctan2(np.sin(off[:, angles]), np.cos(off[:, angles]))
+    ratios = np.abs(off) / uncorrected
+    return max(float(np.quantile(ratios[1:, :positions], _HELD)) / 2.0, _SMALLEST)
 
 
 def _uncorrected(task: Task, covariances: Array) -> Array:

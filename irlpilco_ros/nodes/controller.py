@@ -66,7 +66,7 @@ class Controller(SuiteNode):
             self,
             self._robot.roles.commanded,
             self._robot.command_interface,
-            settings.velocity_controller_output,
+            settings,
             self._hear_stranger,
         )
         if settings.guide_topic:
@@ -124,7 +124,7 @@ class Controller(SuiteNode):
 
     def _send(self, command: Command | None) -> None:
         if command is not None:
-            self._output.send(command)
+            self._output.send(command, self._control.commanded_positions)
 
     def _hear_stranger(self, what: str) -> None:
         self._stranger = what

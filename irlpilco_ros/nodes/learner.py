@@ -7,8 +7,10 @@ stops at once, whatever it is doing. What it has done is in the run directory on
 from __future__ import annotations
 
 import sys
+import time
 import traceback
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -30,12 +32,15 @@ from irlpilco_ros.experience.object_pose import ObjectSettings
 from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.kinematics.rigid_motion import mean_pose
 from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.settings import check, setting
-from irlpilco_ros.ros.clients import Clients
+from irlpilco_ros.ros.clients import Clients, ServiceError
+from irlpilco_ros.ros.description_watch import DescriptionWatch
 from irlpilco_ros.ros.health import OK, WARN, Health
 from irlpilco_ros.ros.learner_progress import IterationClock, LearnerProgress
 from irlpilco_ros.ros.learner_worker import LearnerWorker
@@ -46,6 +51,7 @@ from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.suite_node import SuiteNode
 from irlpilco_ros.ros.trial_runner import TrialRunner
+from irlpilco_ros.ros.undertaking import Undertaking
 
 Result = TypeVar("Result")
 
@@ -60,6 +66,12 @@ ROBOT_STAGES = {"hand over": COMPUTED, "move to start": 0.82, "trial": 0.9, "jud
 
 STOP_TIMEOUT = 5.0
 """How long a computation may take to notice that the node stops [s]."""
+
+CANCEL_TIMEOUT = 20.0
+"""How long an iteration may take to end that is cancelled [s]; what is being judged is judged."""
+
+CANCEL_POLL = 0.2
+"""Time between two calls of controller/stop meanwhile [s]: the first may come before the motion."""
 
 
 @dataclass(frozen=True)
@@ -111,16 +123,18 @@ class Learner(SuiteNode):
         self._accepted = declare_settings(self, AdaptSettings, apply=self._accept)
         self._object = declare_settings(self, ObjectSettings, apply=self._place_object)
         self._objects = ObjectWatch(self)
+        self._description = None if self._tools.urdf else DescriptionWatch(self)
         self._where = declare_settings(
             self, RunSettings, apply=self._move, check=self._check_demonstration
         )
         self._run: Apprenticeship | None = None
         self._told: tuple[str, ...] = ()
         self._chosen_anew = False  # by somebody who set parameters since the start
-        self._busy = False
+        self._under_way: Undertaking | None = None
         self._progress = LearnerProgress()
         self._iteration_clock = IterationClock()
-        self._trials = TrialRunner(Clients(self), self._robot.reset_service)
+        self._calls = Clients(self)
+        self._trials = TrialRunner(self._calls, self._robot.reset_service)
         self._worker = LearnerWorker(lambda: self.executor)
         self._health = Health(self)
         self._progress_publisher = self.create_publisher(
@@ -138,6 +152,7 @@ class Learner(SuiteNode):
         )
         self.create_service(Trigger, "learn_iteration", self._learn_iteration, callback_group=group)
         self.create_service(Trigger, "~/adapt", self._adapt, callback_group=group)
+        self.create_service(Trigger, "~/cancel", self._cancel, callback_group=group)
         words = self._first_words()
         self.get_logger().info(words)
         self._health.report(OK, words)
@@ -227,6 +242,29 @@ class Learner(SuiteNode):
         """Carry the run over to where the object is now."""
         return await self._serve(response, "adapting", "adapting", self._carry_over)
 
+    async def _cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """End what is under way: the robot stops, and the run is as it was."""
+        mine, was = self._under_way, self._progress
+        if mine is None:
+            response.message = "nothing is under way"
+            return response
+        mine.cancelled, end = True, time.monotonic() + CANCEL_TIMEOUT
+        while self._under_way is mine and time.monotonic() < end:
+            if self._progress.stage in ROBOT_STAGES:
+                with suppress(ServiceError):  # told by the iteration, which needs it as well
+                    await self._trials.halt()
+            await self._calls.sleep(CANCEL_POLL)
+        response.success = self._under_way is not mine and not mine.done
+        if response.success:
+            response.message = (
+                f"iteration {was.iteration} was cancelled ({was.stage}); the run is as it was"
+            )
+        elif mine.done:
+            response.message = f"too late: iteration {was.iteration} was done already"
+        else:
+            response.message = f"still busy after {CANCEL_TIMEOUT:g} s ({self._progress.stage})"
+        return response
+
     async def _serve(
         self,
         response: Trigger.Response,
@@ -235,15 +273,15 @@ class Learner(SuiteNode):
         job: Callable[[], Coroutine[Any, Any, str]],
     ) -> Trigger.Response:
         """Do what a service asks for; never raises, for what fails here must not end the node."""
-        if self._busy:
+        if self._under_way is not None:
             now = self._progress
             response.message = f"busy: iteration {now.iteration} is under way ({now.stage})"
             return response
-        self._busy = True
+        mine = self._under_way = Undertaking()
         self._health.report(OK, doing)
         try:
             response.message = await job()
-            response.success = True
+            response.success = mine.done = True
             self.get_logger().info(response.message)
             self._health.report(OK, "idle", last=response.message)
         except IrlPilcoError as error:
@@ -252,9 +290,11 @@ class Learner(SuiteNode):
             traceback.print_exc()
             response.message = f"unexpected {type(error).__name__}: {error}"
         finally:
-            self._busy = False
+            self._under_way = None
             self._progress = LearnerProgress()
         if not response.success:
+            if mine.cancelled:
+                response.message = f"cancelled: {response.message}"
             self._health.report(WARN, f"{what} failed: {response.message}")
             self.get_logger().error(response.message)
         return response
@@ -267,17 +307,15 @@ class Learner(SuiteNode):
             IrlPilcoError: the motion cannot be done there, or the controller refuses.
         """
         self._say("open run")
-        self._objects.catch_up()
-        now = self._objects.pose
-        now = self._object.pose if now is None else now
-        if now is None:
+        seen = self._seen()
+        if seen is None:
             raise BagError(
                 f"where the object is now is not known: no pose came on {self._objects.topic_name}"
                 f"{'; ' + self._objects.fault if self._objects.fault else ''}; publish it, or set "
                 "the learner's parameter object_pose"
             )
         run = await self._compute(self._open)
-        adapter = Adapter(self._robot, self._tools, self._object, self._accepted)
+        now, adapter = mean_pose(seen), self._adapter
         self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
         adapted, sentence = await self._compute(
             lambda: adapter.adapt(run, lambda before: now, self._take_progress)
@@ -288,11 +326,33 @@ class Learner(SuiteNode):
         await self._trials.hand_over(adapted.plan.parameters)
         return str(sentence)
 
+    @property
+    def _adapter(self) -> Adapter:
+        told = ""
+        if self._description is not None:
+            self._description.catch_up()
+            told = self._description.text
+        return Adapter(self._robot, self._tools, self._object, self._accepted, told)
+
+    def _seen(self) -> Array | None:
+        """Return where the object was last seen (n, 4, 4), or is said to be; None if unknown."""
+        self._objects.catch_up()
+        said = self._object.pose
+        return self._objects.readings if said is None or self._objects.last else said[None]
+
     async def _iterate(self) -> str:
-        """Do what Algorithm 3 does between two questions to the user; return one line about it."""
+        """Do what Algorithm 3 does between two questions to the user; return one line about it.
+
+        Raises:
+            ObjectMovedError: the object is not where the policy would sweep.
+            IrlPilcoError: something else went wrong.
+        """
         self._say("open run")
         await self._trials.settle()
         run = await self._compute(self._open)
+        seen = self._seen()
+        if seen is not None:
+            await self._compute(lambda: self._adapter.check_stayed(run, seen))
         if run.next_index == 0:
             await self._do_trial(run)
         report = await self._do_trial(run)
@@ -321,8 +381,9 @@ class Learner(SuiteNode):
         return result
 
     def _take_progress(self, progress: Progress) -> None:
-        """Take note of what the worker says; called in its thread, ends it if the node stops."""
+        """Take note of what the worker says; called in its thread, ends it if it is to end."""
         self._worker.check()
+        self._check_cancelled()
         iteration = self._progress.iteration
         self._progress = LearnerProgress(
             stage=progress.stage,
@@ -336,9 +397,15 @@ class Learner(SuiteNode):
         )
 
     def _say(self, stage: str) -> None:
-        """Take note of a stage on the robot."""
+        """Take note of a stage on the robot; it does not begin if the iteration is cancelled."""
+        if stage != "judge":  # the trial has been made: it counts
+            self._check_cancelled()
         fraction = ROBOT_STAGES.get(stage, 0.0)
         self._progress = LearnerProgress(stage, self._progress.iteration, fraction)
+
+    def _check_cancelled(self) -> None:
+        if self._under_way is not None:
+            self._under_way.check()
 
     def _publish_progress(self) -> None:
         self._progress_publisher.publish(self._progress.to_message(self.get_clock().now().to_msg()))

@@ -1,4 +1,4 @@
-"""Two films side by side: an animation of the whole motion, and a filmstrip of some instants."""
+"""Films side by side: an animation of the whole motion, and a filmstrip of some instants."""
 
 from __future__ import annotations
 
@@ -20,16 +20,17 @@ LAST_FRAME_TIME = 1500
 """How long the animation stands at its end [ms]."""
 
 
-def animation(left: tuple[str, Film], right: tuple[str, Film]) -> bytes:
-    """Return two named films side by side, in real time, as an animated WebP."""
+def animation(*films: tuple[str, Film]) -> bytes:
+    """Return named films, two in a row, in real time, as an animated WebP; the shortest ends it."""
+    times = [film.times for _, film in films]
     images = []
-    for index in range(min(len(left[1].times), len(right[1].times))):
-        pair = []
-        for name, film in (left, right):
-            picture = Image.fromarray(film.frames[index])
-            pair.append(_labelled(picture, name, f"{film.times[index]:.1f} s", 18))
-        images.append(_joined([pair]))
-    step = round(1000 * float(np.diff(left[1].times).mean()))
+    for index in range(min(map(len, times))):
+        pictures = [
+            _labelled(Image.fromarray(film.frames[index]), name, f"{film.times[index]:.1f} s", 18)
+            for name, film in films
+        ]
+        images.append(_joined([pictures[first : first + 2] for first in range(0, len(films), 2)]))
+    step = round(1000 * float(np.diff(times[0]).mean()))
     durations = [step] * (len(images) - 1) + [LAST_FRAME_TIME]
     buffer = io.BytesIO()
     options = {"save_all": True, "append_images": images[1:], "duration": durations, "loop": 0}

@@ -109,8 +109,8 @@ def count_debris(motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0
     return simulation.debris_in_pan()
 
 
-def film(motion: Guidable, seed: int) -> Film:
-    """Return pictures of a motion through debris that is scattered by a seed.
+def film(motion: Guidable, seed: int, place: Sequence[float] = (0.0, 0.0, 0.0)) -> Film:
+    """Return pictures of a motion through debris; arguments as `count_debris`.
 
     Raises:
         RenderingError: nothing here draws without a screen; says what to install.
@@ -118,7 +118,7 @@ def film(motion: Guidable, seed: int) -> Film:
     from sim_bridge.episode import guide_through
     from sim_bridge.rendering import FrameRenderer
 
-    simulation = _at_start(motion, seed)
+    simulation = _at_start(motion, seed, place)
     _simplify(simulation.model)
     frames, times = [], []
     with FrameRenderer(simulation, *FRAME_SIZE, camera=CAMERA) as renderer:

@@ -9,16 +9,34 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
 
-from irlpilco_ros.control.motions import Command
+from irlpilco_ros.control.controller_settings import ControllerSettings
+from irlpilco_ros.control.motions import Command, Vector
+from irlpilco_ros.control.position_target import PositionTarget
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode, encode
+from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_COMMAND
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
+from irlpilco_ros.ros.trajectory_output import short_trajectory
 
 _REMEMBERED = 1000  # commands of our own that may still be on their way back to us
 _LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"
+
+ALL_OUTPUTS = ControllerSettings(velocity_controller_output=True, joint_trajectory_output=True)
+"""Settings by which commands go out everywhere."""
+
+
+def command_topics(settings: ControllerSettings) -> tuple[str, ...]:
+    """Return the names of the topics on which commands go out."""
+    chosen = {
+        "joint_command": True,
+        "velocity_controller/commands": settings.velocity_controller_output,
+        "joint_trajectory_controller/joint_trajectory": settings.joint_trajectory_output,
+    }
+    return tuple(name for name, wanted in chosen.items() if wanted)
 
 
 class CommandOutput:
@@ -33,7 +51,7 @@ class CommandOutput:
         node: Node,
         joints: Sequence[str],
         interface: str,
-        also_velocities: bool,
+        settings: ControllerSettings,
         on_stranger: Callable[[str], None],
     ) -> None:
         """Publish on joint_command, and listen there.
@@ -42,9 +60,19 @@ class CommandOutput:
             node: The controller.
             joints: Those that are commanded (F).
             interface: "velocity" or "effort".
-            also_velocities: Publish on velocity_controller/commands, too.
+            settings: Of them `velocity_controller_output` and `joint_trajectory_output`: publish
+                on velocity_controller/commands and joint_trajectory_controller/joint_trajectory,
+                too.
             on_stranger: Called with a sentence for each command of somebody else.
+
+        Raises:
+            InvalidSettingError: efforts are no velocities that could be integrated.
         """
+        if settings.joint_trajectory_output and interface != "velocity":
+            raise InvalidSettingError(
+                f"joint_trajectory_output makes positions of velocities; command_interface is "
+                f"{interface!r}, expected 'velocity'"
+            )
         self._node = node
         self._joints = tuple(joints)
         self._interface = interface
@@ -54,7 +82,15 @@ class CommandOutput:
         self._commands = node.create_publisher(JointState, "joint_command", JOINT_COMMAND)
         self._velocities = (
             node.create_publisher(Float64MultiArray, "velocity_controller/commands", JOINT_COMMAND)
-            if also_velocities
+            if settings.velocity_controller_output
+            else None
+        )
+        self._target = PositionTarget()
+        self._trajectories = (
+            node.create_publisher(
+                JointTrajectory, "joint_trajectory_controller/joint_trajectory", JOINT_COMMAND
+            )
+            if settings.joint_trajectory_output
             else None
         )
         self._heard = SafeSubscription(
@@ -66,14 +102,22 @@ class CommandOutput:
         """What was sent last, or None before anything was."""
         return None if self._last is None else self._last[0]
 
-    def send(self, command: Command) -> None:
-        """Send a command on all outputs."""
+    def send(self, command: Command, measured: Vector | None) -> None:
+        """Send a command on all outputs.
+
+        Args:
+            command: The command.
+            measured: Positions of the commanded joints (F,); None if they are not known.
+        """
         if self._last is None or self._last[0] is not command:
             self._last = command, self._encoded(command)
             self._sent.append(self._last[1])
         self._commands.publish(self._last[1])
         if self._velocities is not None:
             self._velocities.publish(Float64MultiArray(data=command.values.tolist()))
+        if self._trajectories is not None and measured is not None:
+            positions = self._target.follow(command, measured)
+            self._trajectories.publish(short_trajectory(self._joints, positions, command.values))
 
     def listen(self) -> None:
         """Hear what has been commanded up to now."""
@@ -89,7 +133,7 @@ class CommandOutput:
         nodes = self._node.get_node_names_and_namespaces()
         if sum(_full(name, namespace) == own for name, namespace in nodes) > 1:
             return f"there is a second node {own}; stop one of them"
-        for publisher in filter(None, (self._commands, self._velocities)):
+        for publisher in filter(None, (self._commands, self._velocities, self._trajectories)):
             topic = publisher.topic_name
             found = self._node.get_publishers_info_by_topic(topic)
             names = {_full(info.node_name, info.node_namespace) for info in found} - {own}

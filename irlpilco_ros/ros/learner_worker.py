@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 
 
 class CancelledError(IrlPilcoError):
-    """The node stops, and so does what it was computing."""
+    """The node stops or an iteration is cancelled, and so is what was being computed."""
 
 
 class LearnerWorker:

@@ -34,6 +34,7 @@ NODE_PARAMETERS = (
     "imitation",
     "initial_policy",
     "joint_states_topic",
+    "joint_trajectory_output",
     "joints",
     "lockstep",
     "margin_tolerance",

@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 
 from irlpilco_ros.experience.object_pose import OBJECT_POSE, decode_pose
-from irlpilco_ros.kinematics.rigid_motion import difference, mean_pose
+from irlpilco_ros.kinematics.rigid_motion import difference
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.ros.qos import OBJECT_POSE_SUB
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
@@ -70,12 +70,13 @@ class ObjectWatch:
         return self._poses.fault
 
     @property
-    def pose(self) -> Array | None:
-        """The pose (4, 4), the mean of the last readings of this place; None if none was heard."""
+    def readings(self) -> Array | None:
+        """The last readings of this place (n, 4, 4); None if none was heard."""
         if self.last is None:
             return None
         off = np.abs(difference(self.last.matrix, np.stack(self._seen)))
-        return mean_pose(np.stack(self._seen)[(off <= _SAME_PLACE).all(axis=1)])
+        here: Array = np.stack(self._seen)[(off <= _SAME_PLACE).all(axis=1)]
+        return here
 
     def catch_up(self) -> None:
         """Hear what has come meanwhile, before it is asked where the object is."""

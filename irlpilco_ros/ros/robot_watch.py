@@ -17,7 +17,7 @@ from irlpilco_ros.control.motions import Command
 from irlpilco_ros.control.nudge import Nudge
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.ros.command_output import CommandOutput
+from irlpilco_ros.ros.command_output import ALL_OUTPUTS, CommandOutput, command_topics
 from irlpilco_ros.ros.messages import clock_time
 from irlpilco_ros.ros.qos import CLOCK, STATE_RECORDING
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
@@ -25,7 +25,6 @@ from irlpilco_ros.ros.session import POLL, Session
 
 _WATCH = 0.01  # [s] between two looks whether the robot still tells
 _OURS = ("controller", "demonstration_recorder")
-_COMMANDS = ("joint_command", "velocity_controller/commands")
 
 
 class RobotWatch:
@@ -53,7 +52,7 @@ class RobotWatch:
                 node,
                 robot.roles.commanded,
                 robot.command_interface,
-                settings.velocity_controller_output,
+                settings,
                 self._stop,
             )
             if moves
@@ -94,7 +93,7 @@ class RobotWatch:
                 self._session.run(self._session.clients.sleep(POLL))
         finally:  # Ctrl-C, too, leaves a robot that stands
             self._nudge = None
-            self._output.send(self._control.stop("it was interrupted") or self._control.zero())
+            self._send(self._control.stop("it was interrupted") or self._control.zero())
             self._output.finish()
         if not outcomes[0].succeeded:
             yield Finding(False, outcomes[0].message)
@@ -127,10 +126,10 @@ class RobotWatch:
     def _send(self, command: Command | None) -> None:
         is_withheld = self._control.motion is not None and self._nudge and self._nudge.withheld
         if command is not None and self._output is not None and not is_withheld:
-            self._output.send(command)
+            self._output.send(command, self._control.commanded_positions)
 
     def _commanders(self) -> Iterable[Finding]:
-        for topic in _COMMANDS:
+        for topic in command_topics(ALL_OUTPUTS):
             node = self._session.node
             found = node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
             names = {info.node_name for info in found} - {node.get_name()}
@@ -141,12 +140,12 @@ class RobotWatch:
                     f"commands: {topic} is published by {', '.join(strangers)}; nobody but the "
                     "controller may (what was killed is forgotten after 20 s)",
                 )
-            elif topic == _COMMANDS[0]:
+            elif topic == "joint_command":
                 who = "the controller alone" if names else "nobody yet"
                 yield Finding(True, f"commands: {who} on {topic}")
 
     def _receivers(self) -> Finding:
-        topics = _COMMANDS if self._settings.velocity_controller_output else _COMMANDS[:1]
+        topics = command_topics(self._settings)
         node = self._session.node
         hearing = {
             info.node_name
@@ -158,5 +157,6 @@ class RobotWatch:
         return Finding(
             False,
             f"receiver: nobody listens on {' or '.join(topics)}; what is to move the robot by it "
-            "(a driver, a bridge, or ros2_control with velocity_controller_output: true)?",
+            "(a driver, a bridge, or ros2_control with velocity_controller_output or "
+            "joint_trajectory_output: true)?",
         )

@@ -41,9 +41,17 @@ class TrialRunner:
         Raises:
             ServiceError: controller or recorder are not there.
         """
-        await self._clients.trigger("controller/stop", ANSWER_TIMEOUT)
+        await self.halt()
         with suppress(RefusedError):  # nothing is being recorded: as it should be
             await self._clients.trigger(f"{RECORDER}/stop", ANSWER_TIMEOUT)
+
+    async def halt(self) -> None:
+        """End whatever motion is under way.
+
+        Raises:
+            ServiceError: the controller is not there.
+        """
+        await self._clients.trigger("controller/stop", ANSWER_TIMEOUT)
 
     async def hand_over(self, parameters: Mapping[str, Any]) -> None:
         """Give the controller its policy and start; all of it or nothing.

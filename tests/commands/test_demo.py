@@ -12,10 +12,12 @@ import time
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY
 from irlpilco_ros.experience.places import read_places
 from irlpilco_ros.experience.run_directory import RunDirectory
+from sim_bridge.rendering import can_render
 
 pytestmark = [pytest.mark.dds, pytest.mark.slow]
 
@@ -145,6 +147,9 @@ def test_it_demonstrates_replays_learns_goes_elsewhere_and_stops_its_nodes(demo,
     assert 0 <= int(there["pieces"]) <= int(there["of_pieces"]) == 20
     assert math.isnan(float(refused["path_rmse_rad"]))
     assert any("refused: " in line and "out of reach" in line for line in lines[end:])
+    if can_render():
+        assert f"pictures: {shown.run.path / 'moved.webp'}" in lines
+        assert Image.open(shown.run.path / "moved.webp").size[0] > 900  # two, side by side
     assert len(shown.run.metrics()) == 3
     assert len(read_places(shown.run.places_directory)) == 1
 

@@ -24,6 +24,7 @@ from irlpilco_ros.cli import main
 from irlpilco_ros.commands.object_place import adapter_of, moved_to
 from irlpilco_ros.experience.adapting import Adapter
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.best_trial import best_sentence, rows_here
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
 from irlpilco_ros.experience.object_pose import (
     decode_pose,
@@ -126,6 +127,28 @@ def test_back_where_it_was_shown_it_is_the_demonstration_again(folder):
     assert [each.task is practices[0].task for each in practices] == [True, False, True, False]
     assert practices[3].task is practices[1].task
     again.close()
+
+
+def test_the_best_trial_is_the_best_where_the_object_is(folder):
+    run = opened(folder)
+    best_policy, directory = run.directory.best_policy_file, run.directory
+    at_home = best_policy.read_bytes()
+    adapter(folder).adapt(run, moved_to(PLACE))
+    assert best_sentence(directory).startswith("best: no trial has been judged yet where the obj")
+    assert best_policy.read_bytes() == at_home
+    practise(run, 1)
+    rows = directory.metrics()
+    assert rows[3].mse > min(row.mse for row in rows[:3])  # at home it went better
+    assert best_policy.read_text().startswith("# iteration 3, trial 003,")
+    assert best_sentence(directory).startswith("best: iteration 3, ")
+    adapter(folder).adapt(run, moved_to((0.0, 0.0, 0.0)))
+    run.close()
+    opened(folder).close()
+    assert best_policy.read_bytes() == at_home
+    back = opened(folder)
+    adapter(folder).adapt(back, moved_to(PLACE))
+    back.close()
+    assert [row.iteration for row in rows_here(directory)] == [3]
 
 
 def test_a_trial_that_was_made_and_not_judged_is_judged_where_it_was_made(folder):

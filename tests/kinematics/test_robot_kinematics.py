@@ -83,6 +83,15 @@ def test_a_file_of_another_package_is_found_where_ros_has_it(tmp_path, monkeypat
         kinematics_of(settings(urdf="package://other_arm/arm.urdf"), JOINTS)
 
 
+def test_without_a_file_what_is_told_counts():
+    told = kinematics_of(settings(), JOINTS, PLANAR)
+    assert told.poses(np.zeros(3)).shape == (1, 4, 4)
+    with pytest.raises(RobotDescriptionError, match="robot_description: the robot's description"):
+        kinematics_of(settings(), JOINTS, "nothing")
+    with pytest.raises(RobotDescriptionError, match=r"none\.urdf cannot be read"):
+        kinematics_of(settings(urdf="none.urdf"), JOINTS, PLANAR)
+
+
 def test_what_is_not_named_or_not_there_is_said(tmp_path):
     with pytest.raises(RobotDescriptionError, match="urdf is not set"):
         kinematics_of(settings(), JOINTS)

@@ -96,6 +96,19 @@ def test_at_once_it_is_better_than_what_is_not_learned(practised):
     np.testing.assert_allclose(np.diag(adapted.predicted_covariances[0]), task.noise**2)
 
 
+def test_the_band_is_corrected_by_how_the_last_trial_lay_in_its_own(practised):
+    trials, last = practised
+    found = adapt(elsewhere(), SETTINGS, trials, [HERE] * 3, last)
+    variances = np.diagonal(found.predicted_covariances, axis1=1, axis2=2)
+    plain = np.sqrt(np.maximum(variances, 0.0) + HERE.noise**2)
+    off = trials[2].states - last.predicted_means
+    before = np.diagonal(last.predicted_covariances, axis1=1, axis2=2)
+    ratios = np.abs(off) / np.sqrt(np.maximum(before, 0.0) + HERE.noise**2)
+    scale = np.quantile(ratios[1:, :JOINTS], 0.94) / 2.0
+    assert abs(scale - 1.0) > 0.02
+    np.testing.assert_allclose(found.predicted_deviations, scale * plain)
+
+
 def test_threads_change_nothing(practised):
     trials, last = practised
     one, two = (

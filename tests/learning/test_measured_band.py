@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from test_command_history import DT, shown
@@ -32,8 +34,8 @@ def trial(off, seed=0):
 
 def test_without_a_trial_that_tells_it_is_the_predicted_spread_and_the_sensors_noise():
     expected = np.tile([5e-3, 5e-3, np.sqrt(2e-4), np.sqrt(2e-4)], (STEPS, 1))
-    np.testing.assert_allclose(measured_deviations(TASK, SPREAD, None, None), expected)
-    found = measured_deviations(TASK, SPREAD, iteration(1), trial(9.0))
+    np.testing.assert_allclose(measured_deviations(TASK, SPREAD, None, []), expected)
+    found = measured_deviations(TASK, SPREAD, iteration(1), [trial(9.0)] * 2)
     np.testing.assert_allclose(found, expected)
 
 
@@ -41,7 +43,7 @@ def test_without_a_trial_that_tells_it_is_the_predicted_spread_and_the_sensors_n
 def test_it_is_as_wide_as_the_trial_before_was_off(off):
     held = []
     for seed in range(50):
-        found = measured_deviations(TASK, SPREAD, iteration(2), trial(off, seed))
+        found = measured_deviations(TASK, SPREAD, iteration(2), [trial(off, seed)] * 3)
         after = np.abs(trial(off, seed=1000 + seed).states - shown().states)
         held.append((after < 2.0 * found)[1:, :2].mean())
     assert 0.85 < np.mean(held) < 0.96
@@ -53,16 +55,23 @@ def test_a_joint_that_turns_without_end_is_no_turn_off():
     turned = trial(1.0).states + 2.0 * np.pi * np.eye(D)[1]
     plain, found = (
         measured_deviations(
-            turning, SPREAD, iteration(2), Rollout(states, np.zeros((STEPS - 1, 2)))
+            turning, SPREAD, iteration(2), [Rollout(states, np.zeros((STEPS - 1, 2)))] * 3
         )
         for states in (trial(1.0).states, turned)
     )
     np.testing.assert_allclose(found, plain)
 
 
+def test_what_corrected_an_iteration_that_was_not_tried_corrects_the_next():
+    trials = [trial(4.0)] * 3
+    corrected = measured_deviations(TASK, SPREAD, iteration(2), trials)
+    untried = dataclasses.replace(iteration(3), predicted_deviations=corrected)
+    np.testing.assert_allclose(measured_deviations(TASK, SPREAD, untried, trials), corrected)
+
+
 def test_a_trial_without_any_error_leaves_a_band():
     exactly = Rollout(shown().states, np.zeros((STEPS - 1, 2)))
-    assert (measured_deviations(TASK, SPREAD, iteration(2), exactly) > 4e-4).all()
+    assert (measured_deviations(TASK, SPREAD, iteration(2), [exactly] * 3) > 4e-4).all()
 
 
 def test_an_iteration_without_them_has_the_predicted_spread_and_files_keep_them():

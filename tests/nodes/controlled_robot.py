@@ -80,3 +80,13 @@ def assert_stopped(graph, robot, answer, reason, diagnostics):
     count = len(robot.commands)
     time.sleep(0.05)
     assert len(robot.commands) == count, "idle means that nothing is published"
+
+
+def trigger_when_heard(ros, service):
+    """Call a service until the controller has heard the robot, which takes it a while to find."""
+
+    def answer():
+        response = ros.trigger(service)
+        return None if response.message.startswith("no joint state yet") else response
+
+    return ros.wait_for(answer, "the controller to hear the robot")

@@ -19,6 +19,7 @@ from controlled_robot import (
     assert_stopped,
     begin_trial,
     table,
+    trigger_when_heard,
 )
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from fake_robot import FakeRobot
@@ -51,16 +52,6 @@ def robot(graph):
     with FakeRobot(graph, JOINTS, lockstep=True) as fake:
         yield fake
     assert graph.set_parameters("controller", table([0.0, 0.0])).successful
-
-
-def trigger_when_heard(ros, service):
-    """Call a service until the controller has heard the robot, which takes it a while to find."""
-
-    def answer():
-        response = ros.trigger(service)
-        return None if response.message.startswith("no joint state yet") else response
-
-    return ros.wait_for(answer, "the controller to hear the robot")
 
 
 GAINS = np.array([[0.5, 0.0, 0.1, 0.0], [0.0, -0.5, 0.0, 0.1]])

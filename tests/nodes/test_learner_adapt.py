@@ -9,7 +9,9 @@ import numpy as np
 import practising_arm
 import pytest
 from geometry_msgs.msg import PoseStamped
+from planar_arm import PLANAR
 from practising_arm import OBJECT, PERIOD, SETTINGS
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from test_learner import FakeRobot
 
@@ -19,7 +21,7 @@ from irlpilco_ros.experience.policy_file import policy_from_parameters, read_pol
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.kinematics.rigid_motion import quaternion_of
 from irlpilco_ros.learning.settings import values_of
-from irlpilco_ros.ros.qos import OBJECT_POSE_PUB
+from irlpilco_ros.ros.qos import LATCHED, OBJECT_POSE_PUB
 
 pytestmark = pytest.mark.dds
 
@@ -133,15 +135,43 @@ def test_a_run_goes_where_its_object_goes(ros, tmp_path):
     before = len(read_places(work.run.places_directory))
     ros.wait_for(refused, "a refusal")
     assert len(read_places(work.run.places_directory)) >= before
-    again = ros.trigger("learn_iteration")
-    assert again.success, again.message
+
+    # And no trial is made where the object is no more, until it is back.
+    moved = ros.trigger("learn_iteration")
+    assert not moved.success
+    place = read_places(work.run.places_directory)[-1].object_pose
+    way = np.linalg.norm(shifted(OBJECT, 0.5, 0.0, 0.0)[:3, 3] - place[:3, 3])
+    assert f"the object has moved by {way:.3f} m" in moved.message
+    assert "call learner/adapt" in moved.message
+    assert len(work.run.metrics()) == 3
+
+    def learned() -> bool:
+        work.move_object(*displacement(OBJECT, place))
+        return bool(ros.trigger("learn_iteration").success)
+
+    ros.wait_for(learned, "a trial where the object is back")
     assert work.run.metrics()[-1].rmse_rad < 0.02
 
 
 def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
     pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
-    work = Workplace(ros, tmp_path, object_pose=pose)
+    work = Workplace(ros, tmp_path)
     assert ros.trigger("learn_iteration").success
+    assert ros.set_parameters("learner", {"object_pose": pose}).successful
+    moved = ros.trigger("learn_iteration")
+    assert "the object has moved by 0.032 m and 0.050 rad" in moved.message
+    answer = work.adapt()
+    assert answer.success, answer.message
+    assert "moved by (-0.030, 0.010) m and 0.050 rad" in answer.message
+
+
+def test_where_no_urdf_is_named_what_is_told_counts(ros, tmp_path):
+    work = Workplace(ros, tmp_path, urdf="")
+    assert ros.trigger("learn_iteration").success
+    pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
+    assert ros.set_parameters("learner", {"object_pose": pose}).successful
+    assert "urdf is not set" in work.adapt().message
+    ros.publisher(String, "robot_description", LATCHED, subscribers=1).publish(String(data=PLANAR))
     answer = work.adapt()
     assert answer.success, answer.message
     assert "moved by (-0.030, 0.010) m and 0.050 rad" in answer.message
@@ -149,8 +179,9 @@ def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
 
 def test_a_forecast_beyond_the_limit_is_refused(ros, tmp_path):
     pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
-    work = Workplace(ros, tmp_path, object_pose=pose, adapt_error_limit=1e-5)
+    work = Workplace(ros, tmp_path, adapt_error_limit=1e-5)
     assert ros.trigger("learn_iteration").success
+    assert ros.set_parameters("learner", {"object_pose": pose}).successful
     before = dict(work.robot.parameters["controller"])
     answer = work.adapt()
     assert not answer.success

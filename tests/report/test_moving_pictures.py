@@ -37,6 +37,15 @@ def test_films_are_side_by_side() -> None:
     assert right[2] > right[0] + 80
 
 
+def test_further_films_are_below() -> None:
+    colours = ((200, 0, 0), (0, 200, 0), (0, 0, 200), (90, 90, 90))
+    data = animation(*((str(colour), film(3, colour)) for colour in colours))
+    picture = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)
+    height = picture.shape[0] // 2
+    corners = [picture[row, column] for row in (height - 30, -30) for column in (40, -40)]
+    np.testing.assert_allclose(corners, colours, atol=25)
+
+
 def test_shorter_film_ends_both() -> None:
     data = animation(("left", film(5, (200, 0, 0))), ("right", film(3, (0, 0, 200))))
     assert getattr(Image.open(io.BytesIO(data)), "n_frames", 1) == 3

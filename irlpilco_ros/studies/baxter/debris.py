@@ -59,15 +59,15 @@ def debris_run(robot: str, seed: int, needed: Sequence[Result]) -> Result:
     counts = {}
     simulation = BaxterSimulation(settings)
     play_demonstration(simulation, load_motion(CORNERED))
-    counts["demonstration"] = _count(simulation)
+    counts["demonstration"] = pieces_in_pan(simulation)
     for name, policy in policies.items():
         simulation = BaxterSimulation(settings)
         run_episode(simulation, policy, shown.states[0, :JOINTS], task.horizon, task.dt)
-        counts[name] = _count(simulation)
+        counts[name] = pieces_in_pan(simulation)
     return counts
 
 
-def _count(simulation: BaxterSimulation) -> int:
+def pieces_in_pan(simulation: BaxterSimulation) -> int:
     """Let the arms stand for a moment, and count."""
     for _ in range(_SETTLING_STEPS):
         simulation.command(simulation.joint_names, np.zeros(JOINTS))

@@ -15,6 +15,7 @@ from irlpilco_ros.studies.baxter import headline
 from irlpilco_ros.studies.baxter.curves import median_and_range, over_iterations
 from irlpilco_ros.studies.baxter.learning_run import TRIAL_SECONDS
 from irlpilco_ros.studies.baxter.motion_figure import motion_figure
+from irlpilco_ros.studies.baxter.places_figure import places_figure
 from irlpilco_ros.studies.baxter.reproduce_figures import (
     all_joints_figure,
     left_w2_figure,
@@ -39,6 +40,7 @@ def write_figures(
     makers = {
         "robot_time": partial(robot_time_figure, store, seeds),
         "motion": partial(motion_figure, store, seeds),
+        "places": partial(places_figure, store, seeds),
         "methods": partial(methods_figure, store, seeds, cart_pole),
         "left_w2_thesis": partial(left_w2_figure, store, seeds, "thesis"),
         "left_w2_default": partial(left_w2_figure, store, seeds, "default"),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from irlpilco_ros.control.motions import MotionStoppedError
+from irlpilco_ros.learning import Task
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.studies.baxter.baselines import PdTracking
 from irlpilco_ros.studies.baxter.learning_run import JOINTS
@@ -21,8 +22,8 @@ from irlpilco_ros.studies.baxter.motion_bench import (
     ITERATIONS,
     PERIOD,
     MotionBench,
-    Recording,
 )
+from irlpilco_ros.studies.baxter.motion_measure import Recording
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.errors import ApproachError
 
@@ -47,7 +48,7 @@ def iterative_run(robot: str, seed: int, period: float, iterations: int) -> Resu
     bench = MotionBench(robot, seed, period)
     result: Result = {}
     for way, feedback in WAYS.items():
-        first = bench.run(_tracking(bench, bench.task.demonstrated_controls(), feedback))
+        first = bench.run(tracking(bench.task, bench.task.demonstrated_controls(), feedback))
         result[way] = [_trials(bench, first, gain, feedback, iterations) for gain in GAINS]
     return result
 
@@ -64,7 +65,7 @@ def _trials(
     for _ in range(iterations):
         speeds = improved(bench, speeds, trial, gain)
         try:
-            trial = bench.run(_tracking(bench, speeds, feedback))
+            trial = bench.run(tracking(bench.task, speeds, feedback))
         except (MotionStoppedError, ApproachError):
             break
         measured.append(bench.measured(trial))
@@ -95,6 +96,7 @@ def best_iterative(runs: Sequence[Result], way: str, key: str = "path") -> Array
     return chosen
 
 
-def _tracking(bench: MotionBench, speeds: Array, feedback: tuple[float, float]) -> PdTracking:
-    task = bench.task
-    return PdTracking(task.reference_states(), speeds, task.control_limit, *feedback)
+def tracking(task: Task, speeds: Array, feedback: tuple[float, float]) -> PdTracking:
+    """Return what a trial sends: feed-forward speeds (H, J) [rad/s], and feedback of `WAYS`."""
+    limit = task.control_limit
+    return PdTracking(task.reference_states(), np.clip(speeds, -limit, limit), limit, *feedback)

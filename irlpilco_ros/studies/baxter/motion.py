@@ -17,14 +17,13 @@ from irlpilco_ros.learning.starts.initial_policy import open_loop_policy
 from irlpilco_ros.studies.baxter.iterative_control import iterative_job
 from irlpilco_ros.studies.baxter.learning_run import JOINTS
 from irlpilco_ros.studies.baxter.motion_bench import (
-    BAXTER_JOINTS,
     EXPERIMENT,
     ITERATIONS,
     PERIOD,
     MotionBench,
-    Recording,
     sweep_settings,
 )
+from irlpilco_ros.studies.baxter.motion_measure import BAXTER_JOINTS, Recording
 from irlpilco_ros.studies.baxter.robots import ROBOTS
 from irlpilco_ros.studies.job import Job, Result
 

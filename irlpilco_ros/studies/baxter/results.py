@@ -14,12 +14,14 @@ from irlpilco_ros.studies.baxter import (
     headline,
     motion,
     perturbations,
+    places,
     reproduce,
     second_robot,
 )
 from irlpilco_ros.studies.baxter.learning_run import TRIAL_SECONDS
 from irlpilco_ros.studies.baxter.motion_bench import EXPERIMENT as MOTION
 from irlpilco_ros.studies.baxter.motion_tables import control_period_table, motion_table
+from irlpilco_ros.studies.baxter.places_tables import places_table
 from irlpilco_ros.studies.job import Job, Result
 from irlpilco_ros.studies.result_store import ResultStore
 from irlpilco_ros.studies.tables import by_condition, markdown, spread
@@ -186,6 +188,7 @@ def _seconds(runs: Sequence[Result]) -> str:
 
 EXPERIMENTS = {
     MOTION: Experiment(motion.jobs, motion_table),
+    places.EXPERIMENT: Experiment(places.jobs, places_table),
     motion.CONTROL_PERIOD: Experiment(motion.control_period_jobs, control_period_table),
     headline.EXPERIMENT: Experiment(headline.jobs, headline_table),
     perturbations.EXPERIMENT: Experiment(perturbations.jobs, perturbations_table),
@@ -196,4 +199,4 @@ EXPERIMENTS = {
     reproduce.EXPERIMENT: Experiment(reproduce.jobs, reproduce_table),
     "thesis_perturbations": Experiment(perturbations.thesis_jobs, thesis_perturbations_table),
 }
-"""The parts of the chapter by name: the motion first, then in the order of what they cost."""
+"""The parts by name: motion and places, then all others in the order of what they cost."""
