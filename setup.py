@@ -43,6 +43,7 @@ setup(
     ],
     extras_require={
         "dask": ["distributed"],  # irlpilco study --dask
+        "lerobot": ["pyarrow"],  # irlpilco export --lerobot
         "study": ["movement_primitives", "pytransform3d"],  # a baseline of its experiment places
         "view": ["viser>=1.0"],  # irlpilco view
     },

@@ -24,7 +24,8 @@ def help_page(capsys, *words):
 def test_the_first_page_lists_every_command(capsys):
     page = help_page(capsys)
     assert " ".join(NAMES) == (
-        "demo sweep learn train adapt report view robot check inspect recover cart-pole study"
+        "demo sweep learn train adapt report view plot replay export robot check inspect recover "
+        "cart-pole study"
     )
     assert all(re.search(rf"\n    {name}\s", page) for name in NAMES)
 

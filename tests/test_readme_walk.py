@@ -17,6 +17,7 @@ from ros_graph import REPOSITORY
 
 from irlpilco_ros.experience.bag_reader import read_path
 from irlpilco_ros.experience.motion import MotionSettings, find_motion
+from irlpilco_ros.experience.path_quality import MotionPath, accelerations
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 pytestmark = pytest.mark.dds
@@ -24,7 +25,14 @@ pytestmark = pytest.mark.dds
 PAUSE = 1.5
 """How long it takes to type a command and to have it answered [s]."""
 
-PACE = 2.0  # of the robot's time against the wall clock: it stands all the longer in its own
+PACES = (2.0, 1.0, 0.5, 0.25)
+"""Of the robot's time against the wall clock, until the arms are moved as by a hand.
+
+On a busy computer the demonstrator speaks late and the arms jerk after it: it gets more time then.
+"""
+
+SOFT = 5.0
+"""Acceleration of a joint that no jerk exceeds [rad/s^2]; the sweep's own is 2.2."""
 
 
 def sixth_shell() -> list[str]:
@@ -58,14 +66,19 @@ def start_others(ros, folder: Path) -> None:
         ros.wait_for_node(name, timeout=60.0)
 
 
+class RefusedError(AssertionError):
+    """A node did not do what was typed."""
+
+
 def type_in(ros, command: str, folder: Path) -> str:
     """Do what a command of README does, in a folder; return what it answers."""
     time.sleep(PAUSE)
     call = re.fullmatch(r"ros2 service call /(\S+) std_srvs/srv/Trigger(?: *#.*)?", command)
     if call is not None:
         answer = ros.trigger(call.group(1), timeout=120.0)
-        assert answer.success, answer.message
-        return answer.message
+        if not answer.success:
+            raise RefusedError(answer.message)
+        return str(answer.message)
     setting = re.fullmatch(r"ros2 param set /(\S+) (\S+) \$PWD/(\S+)", command)
     assert setting is not None, f"README has a command that is not known here: {command}"
     node, name, value = setting.groups()
@@ -74,22 +87,66 @@ def type_in(ros, command: str, folder: Path) -> str:
     return str(folder / value)
 
 
+def show(ros, commands: list[str], folder: Path) -> tuple[str, float]:
+    """Type what shows the task; return what the recorder says at the end, and the robot's pace."""
+    start_others(ros, folder)
+    told = []
+    for pace in PACES:
+        try:
+            stopped = show_at(ros, pace, commands, folder)
+        except RefusedError as refused:
+            told.append(str(refused))
+        else:
+            hardness = hardest(bag_of(stopped))
+            if hardness < SOFT:
+                return stopped, pace
+            told.append(f"a joint jerked by {hardness:.1f} rad/s^2")
+        if (folder / "recordings").exists():
+            (folder / "recordings").rename(folder / f"recordings at {pace}")
+    raise AssertionError(told)
+
+
+def show_at(ros, pace: float, commands: list[str], folder: Path) -> str:
+    """Type what shows the task to a robot of this pace; return what the recorder says at the end.
+
+    Raises:
+        RefusedError: a node could not do its part.
+    """
+    robot = start_simulator(ros, real_time_factor=pace)
+    try:
+        return [type_in(ros, command, folder) for command in commands][-1]
+    finally:
+        ros.trigger("demonstration_recorder/stop")
+        assert robot.stop() == 0
+        ros.wait_until_gone("baxter_simulator")
+
+
+def bag_of(stopped: str) -> Path:
+    """Return the bag that the recorder's answer names."""
+    return Path(stopped.rpartition("bag: ")[2])
+
+
+def hardest(bag: Path) -> float:
+    """Return the largest acceleration of a joint in a bag [rad/s^2]."""
+    shown = read_path(bag)
+    times = shown.stamps - shown.stamps[0]
+    return float(np.abs(accelerations(MotionPath(times, shown.positions, shown.velocities))).max())
+
+
 def test_what_is_typed_in_the_sixth_shell_is_learned_from_onset_to_end(ros, tmp_path):
-    robot = start_simulator(ros, real_time_factor=PACE)
-    start_others(ros, tmp_path)
-    answers = {line: type_in(ros, line, tmp_path) for line in sixth_shell()}
-    stopped = next(answers[line] for line in answers if line.split()[3].endswith("recorder/stop"))
-    assert robot.stop() == 0
+    *showing, choosing = sixth_shell()
+    stopped, pace = show(ros, showing, tmp_path)
+    type_in(ros, choosing, tmp_path)
     start_simulator(ros, lockstep=True)
     for _ in range(2):
         type_in(ros, "ros2 service call /learn_iteration std_srvs/srv/Trigger", tmp_path)
 
-    bag = Path(stopped.rpartition("bag: ")[2])
-    shown = read_path(bag)
+    shown = read_path(bag_of(stopped))
     motion = find_motion(shown.stamps, shown.positions, shown.joint_names, MotionSettings())
     assert motion is not None
-    assert motion.begin > PAUSE, "it stood before the motion"
-    assert motion.recorded - motion.end > PAUSE, "and after it"
+    stood = PAUSE * min(pace, 1.0)
+    assert motion.begin > stood, "it stood before the motion"
+    assert motion.recorded - motion.end > stood, "and after it"
     told = re.search(r"from ([\d.]+) s to ([\d.]+) s of ([\d.]+) s", stopped)
     assert told is not None, stopped
     np.testing.assert_allclose(

@@ -1,4 +1,4 @@
-"""The short version of the study of the motion: one seed, three iterations, two robots."""
+"""The short version of the study of the motion: three seeds, three iterations, two robots."""
 
 import copy
 
@@ -27,23 +27,30 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module", params=["default", "delayed"])
 def learned(request):
-    """Robot, and three iterations on it."""
-    return request.param, motion.motion_job(request.param, 0, iterations=3).compute([])
+    """Robot, and three iterations on it by three seeds."""
+    robot = request.param
+    return robot, [motion.motion_job(robot, seed, iterations=3).compute([]) for seed in range(3)]
 
 
 def test_the_whole_path_is_learned(learned):
-    robot, result = learned
+    robot, results = learned
     bars = [bar for bar in BARS if bar.robot == robot and bar.iteration <= 3]
     assert len(bars) >= 2
     for bar in bars:
-        assert bar.measure(result, result["rows"][bar.iteration]) <= SLACK * bar.limit, bar.what
-    assert result["rows"][3]["path"] < 0.2 * result["replay"]["path"]
-    assert result["rows"][3]["largest"] < 0.2 * result["replay"]["largest"]
-    assert max(result["rows"][3]["tools"]) < 0.3 * max(result["replay"]["tools"])
+        values = [bar.measure(result, result["rows"][bar.iteration]) for result in results]
+        assert np.median(values) <= bar.limit, bar.what
+        assert max(values) <= SLACK * bar.limit, bar.what
+
+
+def test_replay_is_left_far_behind(learned):
+    for result in learned[1]:
+        assert result["rows"][3]["path"] < 0.1 * result["replay"]["path"]
+        assert result["rows"][3]["largest"] < 0.2 * result["replay"]["largest"]
+        assert max(result["rows"][3]["tools"]) < 0.3 * max(result["replay"]["tools"])
 
 
 def test_every_trial_but_the_first_was_predicted(learned):
-    _, result = learned
+    result = learned[1][0]
     assert "coverage" not in result["rows"][0]
     for row in result["rows"][1:]:
         assert 0.5 < row["coverage"] <= 1.0
