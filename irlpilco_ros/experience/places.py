@@ -50,10 +50,6 @@ class Place:
         """Whether an object in this pose is at this place."""
         return bool(np.abs(self.object_pose - object_pose).max() <= SAME)
 
-    def is_same(self, other: Place) -> bool:
-        """Whether another place is where this one is; nothing is shown anew where it was shown."""
-        return self.is_at(other.object_pose) or not (self.shown or other.shown)
-
 
 def place_file(folder: Path, number: int) -> Path:
     """Return the path of a place's file; numbers begin with 1."""
@@ -86,7 +82,7 @@ def iterations_here(folder: Path) -> Callable[[int], bool]:
         number = bisect.bisect_right(starts, iteration)
         if not number:
             return not places[-1].shown
-        return places[number - 1].is_same(places[-1])
+        return places[-1].is_at(places[number - 1].object_pose)
 
     return is_here
 

@@ -138,7 +138,7 @@ def test_table_of_places_and_its_bars(store, capsys):
     assert "| default: at once, path, median [mrad] | ≤ 8 | 7.5 (6.0 to 9.0) | yes |" in text
     never = "never visited, after trials at 5 others, path, median [mrad]"
     assert f"| default: {never} | ≤ 4 |  |  |" in text
-    assert "| default: at once, pieces in the pan, median | ≥ 20 | 18 (17 to 20) | no |" in text
+    assert "| default: at once, pieces in the pan, median | ≥ 20 | 18.5 (17 to 20) | no |" in text
     assert "| default: at once, places with ≥ 18 pieces | ≥ 90% | 50% | no |" in text
     assert "| miscalibrated: at once, path, median [mrad] | ≤ 12 |  |  |" in text
     assert "| default | 7.5 (6.0 to 9.0) | 5.2 (4.2 to 6.3) | 3.8 (3.0 to 4.5) | 2 |" in text

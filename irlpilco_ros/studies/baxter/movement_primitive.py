@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from irlpilco_ros.studies.baxter.places_bench import Spot
 
 MISSING = (
-    "The movement primitive was left out: the package movement_primitives is not installed "
-    "(pip install 'irlpilco_ros[study]')."
+    "The movement primitive was left out: the package movement_primitives was not installed where "
+    "this was computed (pip install 'irlpilco_ros[study]')."
 )
 
 _WEIGHTS = 100

@@ -31,6 +31,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "primitive": {"color": style.INK, "linestyle": (0, (3, 1, 1, 1, 1, 1)), "linewidth": 1.2},
 }
 
+_TICKS = (1, 2, 3, 5, 10, 20, 30, 50, 100)
+
 
 def places_figure(store: ResultStore, seeds: Sequence[int]) -> Figure | None:
     """Draw the error at once over the number of places practised, and the baselines' medians."""
@@ -47,7 +49,9 @@ def places_figure(store: ResultStore, seeds: Sequence[int]) -> Figure | None:
             axes.set_title(f"{robot}, {len(found[robot])} seeds")
             axes.set_xlabel("places practised, one trial each")
             axes.set_yscale("log")
-        panels[0].set_ylabel("error of the path where no trial was, RMS [rad]")
+            axes.set_yticks(_TICKS, labels=map(str, _TICKS))
+            axes.minorticks_off()
+        panels[0].set_ylabel("error of the path where no trial was, RMS [mrad]")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside right center")
     return figure
@@ -56,13 +60,13 @@ def places_figure(store: ResultStore, seeds: Sequence[int]) -> Figure | None:
 def _baselines(axes: Axes, runs: Sequence[Result]) -> None:
     for name, trials in baseline_trials(runs).items():
         median = float(np.median([np.inf if each is None else each["path"] for each in trials]))
-        axes.axhline(median, label=BASELINES[name], **_LOOKS[name])
+        axes.axhline(1e3 * median, label=BASELINES[name], **_LOOKS[name])
 
 
 def _learned(axes: Axes, runs: Sequence[Result]) -> None:
-    errors = np.array(practised_errors(runs)).T
+    errors = 1e3 * np.array(practised_errors(runs)).T
     counts = np.arange(errors.shape[1], dtype=np.float64)
     median_and_range(axes, counts, errors, "learned, at once", 0)
-    after = [trial["path"] for trial in learned_trials(runs)[AFTER_ONE]]
+    after = [1e3 * trial["path"] for trial in learned_trials(runs)[AFTER_ONE]]
     label = "learned, after one trial there"
     axes.axhline(float(np.median(after)), label=label, color=style.ORANGE, linewidth=0.8)

@@ -99,7 +99,7 @@ def baseline_trials(runs: Sequence[Result]) -> dict[str, list[Trial | None]]:
     return {
         name: [trial for run in runs for trial in run[name]]
         for name in BASELINES
-        if all(name in run for run in runs)
+        if runs and all(name in run for run in runs)
     }
 
 
@@ -125,7 +125,7 @@ def _cells(trials: Sequence[Trial | None]) -> list[str]:
         spread([trial["path"] for trial in made]),
         spread([trial["tools"][_PAN_LIP] for trial in made]),
         spread([trial["tools"][_BRUSH_TIP] for trial in made]),
-        spread([trial["pieces"] for trial in made], 1.0, ".0f"),
+        spread([trial["pieces"] for trial in made], 1.0, ".3g"),
         f"{many} of {len(trials)}{stopped}",
     ]
 
@@ -143,7 +143,7 @@ def _bar_table(found: Found) -> str:
         pieces = [trial["pieces"] for trial in trials]
         share = float(np.mean([count >= FEW_LOST for count in pieces])) if pieces else 0.0
         all_there = bool(pieces) and np.median(pieces) >= PIECES
-        middle = [f"≥ {PIECES}", spread(pieces, 1.0, ".0f"), _yes(all_there, pieces)]
+        middle = [f"≥ {PIECES}", spread(pieces, 1.0, ".3g"), _yes(all_there, pieces)]
         most = [f"≥ {MOST:.0%}", f"{share:.0%}" if pieces else "", _yes(share >= MOST, pieces)]
         rows.append([f"{robot}: {AT_ONCE}, pieces in the pan, median", *middle])
         rows.append([f"{robot}: {AT_ONCE}, places with ≥ {FEW_LOST} pieces", *most])
