@@ -21,7 +21,7 @@ def test_a_motion_is_played_back_and_judged(ros, tmp_path, monkeypatch, capsys):
     ros.start("irlpilco_ros.nodes.controller", files=[file], parameters=patience)
     ros.start("irlpilco_ros.nodes.demonstration_recorder", files=[file])
     words = ["--robot", str(file), "--settings", str(_settings(tmp_path))]
-    with FakeRobot(ros, toy_robot.JOINTS, listeners=2, wall_step=0.004) as robot:
+    with FakeRobot(ros, toy_robot.JOINTS, listeners=2, lockstep=True) as robot:
         code = main(["replay", str(bag), *words, "--out", str(tmp_path / "replays")])
         told = capsys.readouterr().out
         assert list(robot.commands[-1].velocity) == [0.0, 0.0]
