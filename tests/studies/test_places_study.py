@@ -94,6 +94,13 @@ def test_what_is_measured_is_how_far_it_is_from_what_was_carried_over(bench):
     np.testing.assert_allclose(spot.move, pile_pose(THERE[0]) @ inverse(SHOWN))
 
 
+def test_a_place_out_of_reach_is_left_out(bench):
+    spots, refused = bench.spots([THERE[0], (0.6, 0.0, 0.0)])
+    assert [spot.place for spot in spots] == [THERE[0]]
+    assert refused[0]["place"] == [0.6, 0.0, 0.0]
+    assert "out of reach" in refused[0]["reason"]
+
+
 def trial(path, pieces=20, tool=2.0):
     tools = [tool * path, 2.0 * tool * path]
     return {"path": path, "tools": tools, "pieces": pieces, "predicted": path, "seconds": 3.0}
@@ -114,7 +121,8 @@ def store(tmp_path):
     """Two seeds on the default robot, one of them with pieces lost; baselines of one."""
     store = ResultStore(tmp_path)
     store.write(places.places_job("default", 0), run(0.006))
-    store.write(places.places_job("default", 1), run(0.009, 17))
+    refused = [{"place": [0.1, 0.0, 0.3], "reason": "left_w0 would be too fast"}]
+    store.write(places.places_job("default", 1), {**run(0.009, 17), "refused": refused})
     carried = {
         "replay": [trial(0.02), None],
         "tracking": [trial(0.01), trial(0.012)],
@@ -143,6 +151,7 @@ def test_table_of_places_and_its_bars(store, capsys):
     assert "| miscalibrated: at once, path, median [mrad] | ≤ 12 |  |  |" in text
     assert "| default | 7.5 (6.0 to 9.0) | 5.2 (4.2 to 6.3) | 3.8 (3.0 to 4.5) | 2 |" in text
     assert movement_primitive.MISSING in text
+    assert "Refused: 1 of 7 places, such as (0.1, 0) m, 0.3 rad: left_w0 would be too fast." in text
     assert "3 of 8 runs." in text
 
 

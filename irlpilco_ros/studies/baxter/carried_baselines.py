@@ -52,6 +52,8 @@ def baselines_job(
 def baselines_run(robot: str, seed: int, iterations: int, places: Sequence[Place]) -> Result:
     """Return how each goes at every place, by name, as `PlacesBench.run`; None if it was stopped.
 
+    Places where the sweep cannot be done are left out.
+
     Args:
         robot: A key of `ROBOTS`.
         seed: Of the robot.
@@ -61,7 +63,7 @@ def baselines_run(robot: str, seed: int, iterations: int, places: Sequence[Place
     bench = PlacesBench(robot, seed)
     speeds = {way: _iterative_speeds(bench.home, way, iterations) for way in WAYS}
     result: Result = {}
-    for spot in map(bench.at, places):
+    for spot in bench.spots(places)[0]:
         for name, policy in _baselines(bench, spot, speeds).items():
             result.setdefault(name, []).append(_measured(bench, spot, policy))
     return result

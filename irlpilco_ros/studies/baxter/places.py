@@ -88,13 +88,14 @@ def places_run(
         "home", how the last trial went where it was shown. "places": of each its "place", and how
         it went "at_once" after the trials at home; of those watched "after_one" as well, with a
         trial there before. "practised": after each further trial elsewhere, the trials at once at
-        those watched. A trial is told as `PlacesBench.run` does, with the error that was predicted
+        those watched. "refused": the places where it cannot be done, with the "reason"; they are
+        left out. A trial is told as `PlacesBench.run` does, with the error that was predicted
         ("predicted", spread included) and the computing on one core ("seconds").
     """
     bench = PlacesBench(robot, settings.seed)
     learner = _Learner(bench, LearningLoop(bench.home.task, settings))
     home = [learner.at_home() for _ in range(iterations + 1)][-1]
-    spots = [bench.at(place) for place in places]
+    spots, refused = bench.spots(places)
     watch = spots[practised : practised + watched]
     rows = []
     for spot in spots:
@@ -107,7 +108,7 @@ def places_run(
     for spot in spots[:practised]:
         learner.at_once(spot)
         later.append([learner.copy().at_once(each) for each in watch])
-    return {"home": home, "places": rows, "practised": later}
+    return {"home": home, "places": rows, "practised": later, "refused": refused}
 
 
 class _Learner:

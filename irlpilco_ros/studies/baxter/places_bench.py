@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from irlpilco_ros.experience.shown_motion import ShownMotion
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.kinematics.carried_path import Carrier
 from irlpilco_ros.kinematics.description_file import kinematics_of
+from irlpilco_ros.kinematics.errors import UnreachableError
 from irlpilco_ros.kinematics.rigid_motion import inverse
 from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning import Rollout, Task
@@ -137,3 +139,14 @@ class PlacesBench:
         recording = Recording(rollout, recorder.path())
         measured = {**spot.measure.of(recording), "pieces": pieces_in_pan(simulation)}
         return self.home.rollout(recording, task.dt), measured
+
+    def spots(self, places: Sequence[Place]) -> tuple[list[Spot], list[dict[str, Any]]]:
+        """Return the sweep at each of these places, and those that are refused, with the reason."""
+        found: list[Spot] = []
+        refused: list[dict[str, Any]] = []
+        for place in places:
+            try:
+                found.append(self.at(place))
+            except UnreachableError as error:
+                refused.append({"place": list(place), "reason": str(error)})
+        return found, refused

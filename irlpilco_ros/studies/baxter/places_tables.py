@@ -63,7 +63,8 @@ BARS = (
 def places_table(store: ResultStore, seeds: Sequence[int]) -> str:
     """Return how it goes at other places, the bars, the practising, and where a baseline wins."""
     found = by_condition(store, places.jobs(seeds))
-    parts = [_way_table(found), _bar_table(found), _practice_table(found), _where_they_win(found)]
+    parts = [_way_table(found), _bar_table(found), _practice_table(found)]
+    parts += [_where_they_win(found), *_refusals(found)]
     if any(name.startswith("carried") for name in found) and not _primitives(found):
         parts.append(movement_primitive.MISSING)
     return "\n\n".join(parts)
@@ -190,3 +191,15 @@ def _where_they_win(found: Found) -> str:
 
 def _primitives(found: Found) -> bool:
     return any("primitive" in run for runs in found.values() for run in runs)
+
+
+def _refusals(found: Found) -> list[str]:
+    """Say how many places were refused, and why; nothing if none was."""
+    runs = [run for robot in places.PLACES_ROBOTS for run in found.get(robot, [])]
+    refused = [each for run in runs for each in run.get("refused", [])]
+    if not refused:
+        return []
+    count = len(refused) + sum(len(run["places"]) for run in runs)
+    x, y, turn = refused[0]["place"]
+    first = f"({x:g}, {y:g}) m, {turn:g} rad: {refused[0]['reason']}"
+    return [f"Refused: {len(refused)} of {count} places, such as {first}."]
