@@ -32,6 +32,7 @@ from sim_bridge.guided_motion import GuidedMotion, MinimumJerk
 from sim_bridge.motion_files import load_motion
 
 GUIDE_TOPIC = "baxter_simulator/guide"
+_LOST = 0.5  # [s] for which a state that was answered may be repeated before that counts as lost
 _SETTLE = 0.25  # [s] that the hands stay at the end of a motion
 _AT_START = 0.02  # [rad]
 _FOLLOWED = 0.05  # [rad]
@@ -86,6 +87,7 @@ class DemonstratorNode(SuiteNode):
         self._motion = load_motion(path) if path else load_motion()
         self._tracker = JointStateTracker(self._motion.joints)
         self._answered_stamp: int | None = None
+        self._answered_at = 0.0
         self._last_news = 0.0
         self._requested: tuple[str, Future] | None = None
         self._performance: _Performance | None = None
@@ -148,10 +150,15 @@ class DemonstratorNode(SuiteNode):
         reading = self._tracker.reading()
         if reading is None or self._requested is None or self._requested[1].done():
             return
-        # A waiting simulator repeats a state; it gets one answer.
-        if not set(state.names) & set(self._motion.joints) or state.stamp == self._answered_stamp:
+        if not set(state.names) & set(self._motion.joints):
             return
-        self._last_news = time.monotonic()
+        # A waiting simulator repeats a state; it gets one answer, and another where that was lost:
+        # a simulator that has just been started may not hear the first.
+        now = time.monotonic()
+        if state.stamp != self._answered_stamp:
+            self._last_news = now
+        elif now - self._answered_at < _LOST:
+            return
         if self._performance is None:
             self._performance = self._begin(*self._requested, reading)
         if self._performance is not None:
@@ -183,7 +190,7 @@ class DemonstratorNode(SuiteNode):
             velocity=velocities.tolist(),
         )
         message.header.stamp = time_message(reading.stamp)
-        self._answered_stamp = reading.stamp
+        self._answered_stamp, self._answered_at = reading.stamp, time.monotonic()
         self._guide.publish(message)
         if elapsed >= performance.motion.duration + _SETTLE:
             performance.done.set_result(self._failure(positions, reading))

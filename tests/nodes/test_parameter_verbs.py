@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import yaml
 from controlled_robot import CONTROLLER, JOINTS, LONG, MOVING
 from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.task import Future
 
 from irlpilco_ros.experience.policy_file import policy_to_parameters
 from irlpilco_ros.learning.joints import Joints
@@ -38,13 +41,20 @@ def dump(ros, name: str) -> dict[str, Any]:
     """Return what `ros2 param dump` writes."""
     client = AsyncParameterClient(ros.node, name)
     ros.wait_for(client.services_are_ready, f"the parameters of {name}")
-    listed = client.list_parameters()
-    ros.wait_for(listed.done, f"names of {name}")
-    names = sorted(listed.result().result.names)
-    got = client.get_parameters(names)
-    ros.wait_for(got.done, f"values of {name}")
-    values = [parameter_value_to_python(each) for each in got.result().values]
+    names = sorted(answer_of(ros, client.list_parameters, f"names of {name}").result.names)
+    got = answer_of(ros, lambda: client.get_parameters(names), f"values of {name}")
+    values = [parameter_value_to_python(each) for each in got.values]
     return dict(zip(names, values, strict=True))
+
+
+def answer_of(ros, ask: Callable[[], Future], what: str) -> Any:
+    """Ask until there is an answer: a node that is new may not know yet whom to give it."""
+    for _ in range(12):
+        asked = ask()
+        with contextlib.suppress(AssertionError):
+            ros.wait_for(asked.done, what, 5.0)
+            return asked.result()
+    pytest.fail(f"asked twelve times in vain for {what}")
 
 
 def write(path: Path, name: str, values: dict[str, Any]) -> Path:
