@@ -11,6 +11,7 @@ from ros_graph import RosGraph
 from sensor_msgs.msg import JointState
 
 from irlpilco_ros.ros.messages import nanoseconds
+from irlpilco_ros.ros.qos import JOINT_STATES_PUB
 from sim_bridge.joints import ARM_JOINTS
 from sim_bridge.motion_files import load_motion
 
@@ -78,6 +79,26 @@ def test_plays_in_real_time_from_a_file(ros: RosGraph, tmp_path) -> None:
             return
         assert ros.trigger("demonstrator/move_to_start").success
     pytest.fail(f"it went to {max(left)} and ended at {left[-1]} rad; expected 1.3 and 1.15")
+
+
+def test_a_state_that_is_repeated_is_answered_again_but_is_no_news(ros: RosGraph) -> None:
+    """As by a simulator in lockstep that did not hear the first answer."""
+    ros.start("sim_bridge.demonstrator_node")
+    states = ros.publisher(JointState, "joint_states", JOINT_STATES_PUB)
+    guided = ros.listen(JointState, "baxter_simulator/guide", publishers=1)
+    joints = list(load_motion().joints)
+    state = JointState(name=joints, position=[0.0] * len(joints), velocity=[0.0] * len(joints))
+    state.header.stamp.sec = 1
+    moving = ros.trigger_async("demonstrator/move_to_start")
+
+    def is_over() -> bool:
+        states.publish(state)
+        return bool(moving.done())
+
+    ros.wait_for(is_over, "the answer")
+    assert "no new joint_states for 5 s" in moving.result().message
+    assert len(guided.messages) >= 3
+    assert min(np.diff(guided.arrivals)) > 0.3
 
 
 def test_without_a_simulator_it_says_so(ros: RosGraph) -> None:
