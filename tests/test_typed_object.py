@@ -50,7 +50,7 @@ def type_in(ros, command: str) -> str:
     publishing = r"ros2 topic pub --once /(\S+) geometry_msgs/msg/PoseStamped +'(.*)'"
     pose = re.fullmatch(publishing, command)
     assert pose is not None, f"the page has a command that is not known here: {command}"
-    poses = ros.publisher(PoseStamped, pose.group(1), OBJECT_POSE_PUB, subscribers=2)
+    poses = ros.publisher(PoseStamped, pose.group(1), OBJECT_POSE_PUB, subscribers=6)
     poses.publish(typed_pose(yaml.safe_load(pose.group(2))["pose"]))
     return ""
 

@@ -73,6 +73,15 @@ CANCEL_TIMEOUT = 20.0
 CANCEL_POLL = 0.2
 """Time between two calls of controller/stop meanwhile [s]: the first may come before the motion."""
 
+FIRST_POSE_TIMEOUT = 2.0
+"""How long to wait for the object's first pose where somebody publishes one [s].
+
+A call of adapt may overtake a pose that was sent before it.
+"""
+
+FIRST_POSE_POLL = 0.05
+"""Time between two looks for it [s]."""
+
 
 @dataclass(frozen=True)
 class RunSettings:
@@ -307,7 +316,7 @@ class Learner(SuiteNode):
             IrlPilcoError: the motion cannot be done there, or the controller refuses.
         """
         self._say("open run")
-        seen = self._seen()
+        seen = await self._first_seen()
         if seen is None:
             raise BagError(
                 f"where the object is now is not known: no pose came on {self._objects.topic_name}"
@@ -333,6 +342,15 @@ class Learner(SuiteNode):
             self._description.catch_up()
             told = self._description.text
         return Adapter(self._robot, self._tools, self._object, self._accepted, told)
+
+    async def _first_seen(self) -> Array | None:
+        """Return where the object is; a first pose that is under way is waited for."""
+        steady_end = time.monotonic() + FIRST_POSE_TIMEOUT
+        while (seen := self._seen()) is None and self._objects.is_told:
+            if time.monotonic() > steady_end:
+                break
+            await self._calls.sleep(FIRST_POSE_POLL)
+        return seen
 
     def _seen(self) -> Array | None:
         """Return where the object was last seen (n, 4, 4), or is said to be; None if unknown."""

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from irlpilco_ros.experience.object_pose import OBJECT_POSE, decode_pose
 from irlpilco_ros.kinematics.rigid_motion import difference
 from irlpilco_ros.learning.numerics.arrays import Array
-from irlpilco_ros.ros.qos import OBJECT_POSE_SUB
+from irlpilco_ros.ros.qos import OBJECT_POSE_SUBS
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 
 _COUNT = 20
@@ -53,21 +53,29 @@ class ObjectWatch:
             take: Called with each pose.
         """
         self.last: SeenPose | None = None
+        self._node = node
         self._seen: deque[Array] = deque(maxlen=_COUNT)
+        self._heard: deque[tuple[int, bytes]] = deque(maxlen=_COUNT)
         self._take = take
-        self._poses = SafeSubscription(
-            node, PoseStamped, OBJECT_POSE, self._on_pose, OBJECT_POSE_SUB
-        )
+        self._subscriptions = [
+            SafeSubscription(node, PoseStamped, OBJECT_POSE, self._on_pose, qos)
+            for qos in OBJECT_POSE_SUBS
+        ]
 
     @property
     def topic_name(self) -> str:
         """The topic's full name."""
-        return self._poses.topic_name
+        return self._subscriptions[0].topic_name
+
+    @property
+    def is_told(self) -> bool:
+        """Whether anybody publishes where the object is."""
+        return bool(self._node.count_publishers(self.topic_name))
 
     @property
     def fault(self) -> str:
         """Why the last message that could not be used could not; empty if there was none."""
-        return self._poses.fault
+        return next((each.fault for each in self._subscriptions if each.fault), "")
 
     @property
     def readings(self) -> Array | None:
@@ -80,9 +88,14 @@ class ObjectWatch:
 
     def catch_up(self) -> None:
         """Hear what has come meanwhile, before it is asked where the object is."""
-        self._poses.drain()
+        for each in self._subscriptions:
+            each.drain()
 
     def _on_pose(self, data: bytes, info: Info) -> None:
+        once = (info["source_timestamp"], data)
+        if once in self._heard:
+            return  # it came by another subscription
+        self._heard.append(once)
         matrix = decode_pose(data)
         self.last = SeenPose(data, matrix, info["received_timestamp"], info["source_timestamp"])
         self._seen.append(matrix)

@@ -32,8 +32,9 @@ STATE_RECORDING = _profile(5000, reliable=False)
 OBJECT_POSE_PUB = _profile(1, latched=True)
 """Where the object is: the last pose is kept for whoever comes later."""
 
-OBJECT_POSE_SUB = _profile(10, reliable=False)
-"""Accepts every kind of publisher: a camera that tells it all the time, or `ros2 topic pub`."""
+OBJECT_POSE_SUBS = (_profile(1, latched=True), _profile(10), _profile(10, reliable=False))
+"""All three at once, as each publisher's quality allows: a pose that is told only once is repeated
+until it is heard, and a camera that does not repeat is heard too."""
 
 CLOCK = _profile(1, reliable=False)
 """/clock as rclpy itself subscribes to it."""
