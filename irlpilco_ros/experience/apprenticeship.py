@@ -19,7 +19,7 @@ import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.best_trial import best_row, keep_best_policy, rows_here
-from irlpilco_ros.experience.carried_over import carried_over
+from irlpilco_ros.experience.carried_over import Moved, carried_over, retimed
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import (
@@ -39,8 +39,6 @@ from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
 from irlpilco_ros.experience.speed_demand import too_slow
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.kinematics.carried_path import Carrier
-from irlpilco_ros.kinematics.rigid_motion import inverse
 from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.learning.iteration import Iteration, Progress
@@ -195,6 +193,11 @@ class Apprenticeship:
         return place.object_pose if place is not None else None
 
     @property
+    def speed(self) -> float:
+        """How many times as fast as it was shown the next trial is to be."""
+        return self.task.speed
+
+    @property
     def _practice(self) -> Practice:
         return self._practices[-1]
 
@@ -296,18 +299,16 @@ class Apprenticeship:
 
     def adapt(
         self,
-        object_pose: Array,
-        demonstrated: Sequence[Array],
-        carrier: Carrier,
+        moved: Moved | None,
+        speed: float,
         error_limit: float,
         progress: Callable[[Progress], None] | None = None,
     ) -> Adapted:
-        """Go on where the object is now, with a policy for it from all trials so far.
+        """Go on where the object is now, and so fast, with a policy from all trials so far.
 
         Args:
-            object_pose: Of the object now, in the base frame, (4, 4).
-            demonstrated: Its pose in each of the demonstrations.
-            carrier: With the robot's joints.
+            moved: Where the object is now; None for where it was shown, wherever that is.
+            speed: How many times as fast as it was shown.
             error_limit: Largest predicted error that is accepted [rad].
             progress: As for `prepare`.
 
@@ -316,30 +317,31 @@ class Apprenticeship:
                 not vouch for the policy; nothing was written.
         """
         index = self.next_index
-        place = Place(index, object_pose, self._carried(object_pose, demonstrated, carrier))
+        object_pose = None if moved is None else moved.object_pose
+        place = Place(index, object_pose, self._carried(moved, speed), speed)
         practice = Practice.carried(self.directory, self._robot, place, self._practices)
         loop, task = self._loop, practice.task
-        moved = LearningLoop(task, self._settings, loop.trials, loop.last, None, loop.tasks)
-        iteration = moved.move(task, progress)
+        there = LearningLoop(task, self._settings, loop.trials, loop.last, None, loop.tasks)
+        iteration = there.move(task, progress)
         forecast = Forecast.of(task, iteration, len(self._robot.joints))
         forecast.check(error_limit)
         self.directory.begin_place(place)
         self._practices.append(practice)
-        self._loop = moved
+        self._loop = there
         return Adapted(len(self._practices) - 1, self.prepare(), forecast)
 
-    def _carried(
-        self, object_pose: Array, demonstrated: Sequence[Array], carrier: Carrier
-    ) -> tuple[ShownMotion, ...]:
-        """Return the demonstrations where the object is now; none if that is where it was shown."""
+    def _carried(self, moved: Moved | None, speed: float) -> tuple[ShownMotion, ...]:
+        """Return the demonstrations there and so fast; none if that is as they were shown."""
+        moves = [] if moved is None else moved.moves
+        if moved is None or max(np.abs(move - np.eye(4)).max() for move in moves) <= SAME:
+            if speed == 1.0:
+                return ()
+            return tuple(retimed(each, self._robot, speed) for each in self.shown)
         for each in self._practices:
-            if each.is_at(object_pose):
+            if each.is_at(moved.object_pose, speed):
                 return each.motions
-        moves = [object_pose @ inverse(before) for before in demonstrated]
-        if max(np.abs(move - np.eye(4)).max() for move in moves) <= SAME:
-            return ()
         return tuple(
-            carried_over(each, move, carrier, self._robot)
+            carried_over(each, move, moved.carrier, self._robot, speed)
             for each, move in zip(self.shown, moves, strict=True)
         )
 
@@ -350,7 +352,7 @@ class Apprenticeship:
             IncompleteTrialError: the bag holds no whole trial; it stays, and the trial of this
                 iteration is still to be done.
         """
-        report = self._take(self._read(bag), bag)
+        report = self._take(self._read(bag, self.task), bag)
         if self.next_index in self.directory.iterations():  # a trial that was lost is done again
             self._judge_the_unjudged()
         return report
@@ -365,7 +367,7 @@ class Apprenticeship:
         Raises:
             IncompleteTrialError: the bag holds no whole trial.
         """
-        rollout = self._read(bag)
+        rollout = self._read(bag, self.task)
         off, mse = joint_rmse(self.task, rollout, self._robot), judge(self.task, rollout).mse
         nan = math.nan
         row = MetricsRow(None, bag_number(bag), off, mse, nan, nan, 0.0, 0.0, 0.0)
@@ -432,9 +434,9 @@ class Apprenticeship:
         }
         return {**robot, **own}
 
-    def _read(self, bag: Path) -> Rollout:
+    def _read(self, bag: Path, task: Task) -> Rollout:
         return self.directory.read_trial(
-            bag, self._robot.roles, self.task.horizon, self._robot.control_period
+            bag, self._robot.roles, task.horizon, self._robot.control_period
         )
 
     def _rollouts(self) -> list[Rollout]:
@@ -443,7 +445,7 @@ class Apprenticeship:
         for row in self.directory.metrics():
             bag = self.directory.trials_directory / f"{row.trial:03d}"
             try:
-                rollouts.append(self._read(bag))
+                rollouts.append(self._read(bag, self._practice_of(len(rollouts)).task))
             except (UnreadableBagError, IncompleteTrialError) as error:
                 kept = self.directory.withdraw(len(rollouts))
                 note = f"the trial of iteration {len(rollouts)} is lost, and is to be done again"
@@ -453,10 +455,14 @@ class Apprenticeship:
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        robot, horizon, limits = self._robot, self.task.horizon, self._robot.acceleration_limits
+        robot, limits = self._robot, self._robot.acceleration_limits
         reach = limits * robot.control_period if limits.size else None
         search = self.directory.search_trials(
-            robot.roles, horizon, self.next_index, robot.control_period, reach
+            robot.roles,
+            lambda iteration: self._practice_of(iteration).task.horizon,
+            self.next_index,
+            robot.control_period,
+            reach,
         )
         for bag, error in search.wrong.items():
             self.notes += (self._pass_over(bag, error),)
@@ -487,7 +493,7 @@ class Apprenticeship:
             mse=judge(self.task, trial).mse,
             margin=margin,
             cost=iteration.cost,
-            robot_time_s=(iteration.index + 1) * self.task.horizon * self.task.dt,
+            robot_time_s=sum(task.horizon for task in self._loop.tasks) * self.task.dt,
             model_s=iteration.model_seconds,
             policy_s=iteration.policy_seconds,
         )
