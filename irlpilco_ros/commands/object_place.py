@@ -60,7 +60,8 @@ def settings_of(arguments: argparse.Namespace, **values: Any) -> AdaptSettings:
     Raises:
         InvalidSettingError: the speed is out of its range.
     """
-    return AdaptSettings(**values, **({} if arguments.speed is None else {"speed": arguments.speed}))
+    speed = {} if arguments.speed is None else {"speed": arguments.speed}
+    return AdaptSettings(**values, **speed)
 
 
 def moved_to(place: Sequence[float] | None) -> Callable[[Array], Array] | None:

@@ -111,9 +111,7 @@ class Adapter:
                 "joints: what it would be commanded at another speed is not known; set speed to 1"
             )
 
-    def _moved(
-        self, run: Apprenticeship, where: Callable[[Array], Array] | None
-    ) -> Moved | None:
+    def _moved(self, run: Apprenticeship, where: Callable[[Array], Array] | None) -> Moved | None:
         """Return where the object is now; None for where it was shown, if no more is known."""
         now = run.object_pose
         if where is None and now is None:

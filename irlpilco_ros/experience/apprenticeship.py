@@ -178,8 +178,9 @@ class Apprenticeship:
             self._practices.append(Practice.carried(directory, robot, place, self._practices))
         trials = self._rollouts()
         tasks = [self._practice_of(number).task for number in range(len(trials))]
-        last, best = self._last(len(trials)), self._best()
-        self._loop = LearningLoop(self.task, settings, trials, last, best, tasks)
+        last, best = self._last(len(trials)), self._best(len(trials))
+        task = self._practice_of(len(trials)).task
+        self._loop = LearningLoop(task, settings, trials, last, best, tasks)
 
     @property
     def task(self) -> Task:
@@ -199,7 +200,8 @@ class Apprenticeship:
 
     @property
     def _practice(self) -> Practice:
-        return self._practices[-1]
+        """What the next trial is of; the last there is, unless a trial before it was lost."""
+        return self._practice_of(self.next_index)
 
     def _practice_of(self, iteration: int) -> Practice:
         """Return what an iteration was for: the last that had begun by then."""
@@ -396,11 +398,16 @@ class Apprenticeship:
         index = trials if trials in self.directory.iterations() else trials - 1
         return self.directory.read_iteration(index) if index > 0 else None
 
-    def _best(self) -> Iteration | None:
-        """Return the iteration whose trial was the best so far; None if it cannot be had."""
+    def _best(self, trials: int) -> Iteration | None:
+        """Return the iteration whose trial was the best of those of what comes after that many.
+
+        None if it cannot be had.
+        """
         row = best_row(rows_here(self.directory))
         if row is None or row.iteration is None:
             return None
+        if self._practice_of(row.iteration).task is not self._practice_of(trials).task:
+            return None  # a trial elsewhere was lost, and is to be done first
         try:
             if row.iteration == 0:
                 return Iteration(0, self.directory.read_policy(0))
@@ -484,20 +491,23 @@ class Apprenticeship:
 
     def _take(self, trial: Rollout, bag: Path) -> TrialReport:
         """Judge a trial, write its row and go on from it."""
-        _, margin = weigh(self.task, self._settings, [*self._loop.trials, trial])
+        task, paths = self.task, self._practice.paths
         iteration = self._loop.take(trial)
+        _, margin = weigh(task, self._settings, self._loop.trials, self._loop.tasks)
         row = MetricsRow(
             iteration=iteration.index,
             trial=bag_number(bag),
-            rmse_rad=joint_rmse(self.task, trial, self._robot),
-            mse=judge(self.task, trial).mse,
+            rmse_rad=joint_rmse(task, trial, self._robot),
+            mse=judge(task, trial).mse,
             margin=margin,
             cost=iteration.cost,
-            robot_time_s=sum(task.horizon for task in self._loop.tasks) * self.task.dt,
+            robot_time_s=sum(own.horizon for own in self._loop.tasks) * task.dt,
             model_s=iteration.model_seconds,
             policy_s=iteration.policy_seconds,
         )
-        row = self._append(row, self._practice.paths.trial(bag))
+        row = self._append(row, paths.trial(bag))
+        if self.task is not task:  # what had been lost has been done
+            self._loop.task, self._loop.best = self.task, None
         notes = [*iteration.notes, *self._keep_best()]
         if iteration.learned:
             notes.append("the margin is within margin_tolerance: learned")

@@ -151,10 +151,10 @@ def _place(arrays: np.lib.npyio.NpzFile) -> Place:
         samples = Trajectory(joints, stamps, positions, velocities, nothing)
         rollout = Rollout(arrays[f"states_{number}"], arrays[f"controls_{number}"])
         shown.append(ShownMotion(rollout, samples, None, float(arrays[f"begin_{number}"])))
-    object_pose = arrays["object_pose"] if "object_pose" in arrays else None
+    object_pose = arrays.get("object_pose")
     if object_pose is not None and (
         object_pose.shape != (4, 4) or not np.isfinite(object_pose).all()
     ):
         raise ValueError("it holds no pose")
-    speed = float(arrays["speed"]) if "speed" in arrays else 1.0  # none before there were others
+    speed = float(arrays.get("speed", 1.0))  # it was not told before there were others
     return Place(int(arrays["first"]), object_pose, tuple(shown), speed)

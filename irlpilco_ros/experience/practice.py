@@ -20,9 +20,7 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.task import Task
 
 
-def task_of_motions(
-    shown: Sequence[ShownMotion], robot: RobotSettings, speed: float = 1.0
-) -> Task:
+def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings, speed: float = 1.0) -> Task:
     """Return the learning problem that checked demonstrations, at a speed, pose to a robot."""
     return Task(
         tuple(each.rollout for each in shown),

@@ -1,4 +1,4 @@
-"""The same motion at another place or speed: a policy from the model that is there, without a trial.
+"""The same motion at another place or speed: a policy from the model as it is, without a trial.
 
 The dynamics belong to the robot and not to the place. What was commanded in a trial elsewhere, plus
 what is shown faster or slower here, is nearly right already (the feed-forward of iterative learning

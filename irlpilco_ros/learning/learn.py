@@ -66,7 +66,8 @@ def learn(
         best: The iteration whose trial was the best so far, to start again from its policy if the
             search comes out much worse than before; None for the one before.
         tasks: What each trial was a trial of, if not all of this very task: the same motion at
-            other places, or at other speeds. All of them tell of the robot, and by their deviations of the weights.
+            other places, or at other speeds. All of them tell of the robot, and by their
+            deviations of the weights.
 
     Raises:
         InvalidSettingError: if there is no trial, or one that does not fit the task.
@@ -321,9 +322,7 @@ def check_trials(
     """
     if not trials:
         raise InvalidSettingError("learning needs at least one trial; record one first")
-    for number, (trial, own) in enumerate(
-        zip(trials, tasks or [task] * len(trials), strict=True)
-    ):
+    for number, (trial, own) in enumerate(zip(trials, tasks or [task] * len(trials), strict=True)):
         wanted = (own.horizon + 1, task.state_size), (own.horizon, task.control_size)
         if (trial.states.shape, trial.controls.shape) != wanted:
             raise InvalidSettingError(
