@@ -251,7 +251,7 @@ def test_at_another_speed_it_is_good_at_once_and_better_after_a_trial(practised,
     loop = LearningLoop(HERE, SETTINGS, trials, last)
     moved = loop.move(task)
     assert moved.predicted_means.shape == (task.horizon + 1, 2 * JOINTS)
-    assert moved.policy.horizon == task.horizon
+    assert moved.policy.to_arrays()["horizon"] == task.horizon
     errors = []
     for _ in range(3):
         iteration = loop.take(robot.run(loop.propose().policy, task))
