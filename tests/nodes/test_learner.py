@@ -179,10 +179,10 @@ def test_two_iterations(place):
 
     graph.wait_for(lambda: last("error") == found[2].error_rad, "the error of the last trial")
     graph.wait_for(lambda: last("fraction") == 0.0, "an idle learner")
-    told = {name: {message.data for message in heard.messages} for name, heard in numbers.items()}
-    assert told["iteration"] <= {0.0, 1.0, 2.0}, "nothing while idle"
-    assert 2.0 in told["iteration"]
-    assert all(np.isfinite(list(values)).all() for values in told.values())
+    values = {name: {each.data for each in heard.messages} for name, heard in numbers.items()}
+    assert values["iteration"] <= {0.0, 1.0, 2.0}, "nothing while idle"
+    assert 2.0 in values["iteration"]
+    assert all(np.isfinite(list(each)).all() for each in values.values())
 
 
 def test_the_prediction_waits_for_whoever_comes_late(place):
