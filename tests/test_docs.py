@@ -35,6 +35,7 @@ NODE_FILES = {
 }
 SHARED = {
     "controller": ROOT / "irlpilco_ros/ros/command_output.py",
+    "learner": ROOT / "irlpilco_ros/ros/progress_numbers.py",
     "baxter_simulator": ROOT / "sim_bridge/simulator_node.py",
     "cart_pole_simulator": ROOT / "sim_bridge/simulator_node.py",
 }

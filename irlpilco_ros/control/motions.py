@@ -6,6 +6,7 @@ does the same at any simulation speed.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -93,15 +94,29 @@ class Trial:
     may_push = True
 
     def __init__(
-        self, policy: ActingPolicy, horizon: int, period: float, guard: Guard | None = None
+        self,
+        policy: ActingPolicy,
+        horizon: int,
+        period: float,
+        guard: Guard | None = None,
+        on_tick: Callable[[int, int], None] | None = None,
     ) -> None:
-        """Run this policy for `horizon` ticks of `period` [s]; a guard sees each of them first."""
+        """Run this policy for `horizon` ticks of `period` [s].
+
+        Args:
+            policy: Decides.
+            horizon: How often, H.
+            period: Time between two ticks [s].
+            guard: Sees each state of a tick, 0 to H, first.
+            on_tick: Called with the number of each tick, 0 to H, and its stamp [ns].
+        """
         self._policy = policy
         self._horizon = horizon
         self._period = round(period * 1e9)
         self._begin: int | None = None
         self._ticks = 0
         self._guard = guard
+        self._on_tick = on_tick
         self._shape = command_shape(policy)
         self._last = Command(0, np.zeros(0))
 
@@ -132,6 +147,8 @@ class Trial:
             )
         if self._guard is not None:
             self._guard.check(self._ticks, reading.positions)
+        if self._on_tick is not None:
+            self._on_tick(self._ticks, reading.stamp)
         if self._ticks == self._horizon:
             self._last = Command(reading.stamp, np.zeros_like(self._last.values), done=True)
             return self._last

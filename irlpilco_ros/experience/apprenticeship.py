@@ -20,6 +20,7 @@ import numpy as np
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.best_trial import best_row, keep_best_policy, rows_here
 from irlpilco_ros.experience.carried_over import carried_over
+from irlpilco_ros.experience.demonstrated import Demonstrated
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
 from irlpilco_ros.experience.errors import (
@@ -31,7 +32,7 @@ from irlpilco_ros.experience.errors import (
 from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow, with_path
 from irlpilco_ros.experience.path_quality import PathQuality
 from irlpilco_ros.experience.places import SAME, Place, read_places
-from irlpilco_ros.experience.policy_file import PREDICTED, policy_to_parameters
+from irlpilco_ros.experience.policy_file import BESIDE, policy_to_parameters
 from irlpilco_ros.experience.practice import Adapted, Forecast, Plan, Practice, task_of_motions
 from irlpilco_ros.experience.predicted_band import PredictedBand
 from irlpilco_ros.experience.robot_settings import RobotSettings
@@ -58,7 +59,7 @@ WITHOUT_EFFECT = ("threads",)
 """Settings that change how long learning takes, but not its results."""
 
 
-_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period", *PREDICTED)
+_OF_A_TRIAL = ("start_position", "trial_horizon", "trial_control_period", *BESIDE)
 
 
 @dataclass(frozen=True)
@@ -103,11 +104,16 @@ def task_of(demonstrations: Sequence[Trajectory], robot: RobotSettings) -> Task:
 
 
 def controller_parameters(task: Task, policy: Policy, robot: RobotSettings) -> dict[str, Any]:
-    """Return what the controller needs for a trial: policy, start [rad], decisions, period [s]."""
-    start = task.reference_states()[0, : len(robot.joints)]
+    """Return what the controller gets for a trial.
+
+    That is the policy, its start [rad], how many decisions of which period [s], and what it
+    imitates.
+    """
+    shown = Demonstrated(task.reference_states()[:, : len(robot.joints)])
     return {
         **policy_to_parameters(policy, robot.roles),
-        "start_position": start.tolist(),
+        **shown.to_parameters(),
+        "start_position": shown.positions[0].tolist(),
         "trial_horizon": task.horizon,
         "trial_control_period": task.dt,
     }
@@ -273,6 +279,12 @@ class Apprenticeship:
     def next_index(self) -> int:
         """Iteration k whose trial comes next; 0 is the initial trial."""
         return len(self._loop.trials)
+
+    @property
+    def latest_error(self) -> float:
+        """How far off the latest trial was [rad]; NaN before the first."""
+        rows = self.directory.metrics()
+        return rows[-1].error_rad if rows else math.nan
 
     def close(self) -> None:
         """Let others work on the run directory."""

@@ -66,6 +66,11 @@ class MetricsRow:
         """What stands in the iteration column."""
         return self.baseline if self.iteration is None else str(self.iteration)
 
+    @property
+    def error_rad(self) -> float:
+        """How far off it was [rad]: on its whole path if that is known, else at the decisions."""
+        return self.rmse_rad if math.isnan(self.path_rmse_rad) else self.path_rmse_rad
+
 
 COLUMNS = tuple(f.name for f in dataclasses.fields(MetricsRow) if f.name != "baseline")
 _NUMBERS = COLUMNS[2:]

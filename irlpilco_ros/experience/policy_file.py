@@ -42,6 +42,12 @@ HISTORY = "command_history"
 PREDICTED = (f"{PREFIX}predicted_positions", f"{PREFIX}predicted_deviations")
 """What the model expects of the policy's trial, beside the policy itself (see `PredictedBand`)."""
 
+DEMONSTRATED = f"{PREFIX}demonstrated_positions"
+"""What the policy imitates, beside the policy itself (see `Demonstrated`)."""
+
+BESIDE = (*PREDICTED, DEMONSTRATED)
+"""Parameters that come with a policy, and do not change what it decides."""
+
 
 def policy_fields() -> dict[str, Declared]:
     """Return every field that a policy of any kind can have, by the name of its ROS parameter.
@@ -90,7 +96,7 @@ def policy_to_parameters(policy: Policy, joints: Joints) -> dict[str, Any]:
 def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joints]:
     """Return the policy that ROS parameters describe, and its joints.
 
-    Parameters that do not start with `policy.` are left alone, as is what was predicted.
+    Parameters that do not start with `policy.` are left alone, as is what comes `BESIDE` it.
 
     Raises:
         InvalidSettingError: unknown kind, missing or unknown parameter, wrong length or type,
@@ -99,7 +105,7 @@ def policy_from_parameters(parameters: Mapping[str, Any]) -> tuple[Policy, Joint
     fields = {
         name.removeprefix(PREFIX): value
         for name, value in parameters.items()
-        if name.startswith(PREFIX) and name not in PREDICTED
+        if name.startswith(PREFIX) and name not in BESIDE
     }
     absent = [name for name in ("kind", "joints") if not fields.get(name)]
     if absent:
@@ -135,15 +141,15 @@ def write_policy_file(
         policy: The policy.
         joints: Its joints, in order.
         controller_parameters: What else the controller needs to run it alone, flat: the robot
-            settings, the start position [rad], and what was predicted of the trial.
+            settings, the start position [rad], and what comes `BESIDE` the policy.
     """
     tree: dict[str, Any] = {
         name: _plain(value) for name, value in sorted((controller_parameters or {}).items())
     }
-    predicted = {name: tree.pop(name) for name in PREDICTED if name in tree}
+    beside = {name: tree.pop(name) for name in BESIDE if name in tree}
     tree["policy"] = {
         name.removeprefix(PREFIX): value
-        for name, value in {**policy_to_parameters(policy, joints), **predicted}.items()
+        for name, value in {**policy_to_parameters(policy, joints), **beside}.items()
     }
     text = yaml.safe_dump(
         {SECTION: {"ros__parameters": tree}}, sort_keys=False, default_flow_style=None, width=100

@@ -33,7 +33,8 @@ from irlpilco_ros.ros.health import ERROR, OK, WARN, Health
 from irlpilco_ros.ros.messages import clock_time
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.policy_parameters import PolicyParameters
-from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_SUB
+from irlpilco_ros.ros.qos import CLOCK, JOINT_COMMAND, JOINT_STATES_PUB, JOINT_STATES_SUB
+from irlpilco_ros.ros.reference_output import ReferenceOutput
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.suite_node import SuiteNode
@@ -68,6 +69,9 @@ class Controller(SuiteNode):
             self._robot.command_interface,
             settings,
             self._hear_stranger,
+        )
+        self._reference = ReferenceOutput(
+            self.create_publisher(JointState, "~/reference", JOINT_STATES_PUB), self._robot.joints
         )
         if settings.guide_topic:
             self._guides = SafeSubscription(
@@ -108,6 +112,7 @@ class Controller(SuiteNode):
     def _take(self, data: bytes, _info: Info) -> None:
         self._output.listen()  # a trial that somebody else disturbed must not end well
         self._send(self._control.take(decode(data), time.monotonic()))
+        self._reference.tell()  # after the command, which must not wait for it
 
     def _take_time(self, data: bytes, _info: Info) -> None:
         self._control.note_clock(clock_time(data))
@@ -157,7 +162,9 @@ class Controller(SuiteNode):
         except MotionRefusedError as error:
             return _refusal(response, str(error))
         period = self._control.settings.trial_control_period or robot.control_period
-        trial = Trial(PolicyOf(robot.roles, policy), horizon, period, guard)
+        self._reference.begin(self._policy.demonstrated)
+        acting = PolicyOf(robot.roles, policy)
+        trial = Trial(acting, horizon, period, guard, self._reference.note)
         return await self._move(trial, response)
 
     def _guard_of_trial(self, horizon: int) -> BandGuard | None:

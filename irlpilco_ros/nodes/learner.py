@@ -6,6 +6,7 @@ stops at once, whatever it is doing. What it has done is in the run directory on
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 import traceback
@@ -47,6 +48,7 @@ from irlpilco_ros.ros.learner_worker import LearnerWorker
 from irlpilco_ros.ros.object_watch import ObjectWatch
 from irlpilco_ros.ros.parameters import declare_settings
 from irlpilco_ros.ros.predicted_trajectory import predicted_trajectory
+from irlpilco_ros.ros.progress_numbers import ProgressNumbers
 from irlpilco_ros.ros.qos import DIAGNOSTICS, LATCHED
 from irlpilco_ros.ros.runtime import run_node
 from irlpilco_ros.ros.suite_node import SuiteNode
@@ -141,6 +143,7 @@ class Learner(SuiteNode):
         self._chosen_anew = False  # by somebody who set parameters since the start
         self._under_way: Undertaking | None = None
         self._progress = LearnerProgress()
+        self._error = math.nan  # of the latest trial [rad]
         self._iteration_clock = IterationClock()
         self._calls = Clients(self)
         self._trials = TrialRunner(self._calls, self._robot.reset_service)
@@ -149,6 +152,7 @@ class Learner(SuiteNode):
         self._progress_publisher = self.create_publisher(
             DiagnosticArray, "learner/progress", DIAGNOSTICS
         )
+        self._numbers = ProgressNumbers(self)
         self._prediction_publisher = self.create_publisher(
             JointTrajectory, "learner/predicted_trajectory", LATCHED
         )
@@ -220,6 +224,7 @@ class Learner(SuiteNode):
             self._where.demonstration_window,
             replace=self._chosen_anew,
         )
+        self._error = self._run.latest_error
         about = tuple(self._run.about_demonstration())
         for line in about:
             if line not in self._told:
@@ -387,6 +392,7 @@ class Learner(SuiteNode):
         bag = await self._trials.run(plan.parameters, run.directory.trials_directory, self._say)
         self._say("judge")
         report: TrialReport = await self._compute(lambda: run.finish(bag))
+        self._error = report.row.error_rad
         return report
 
     def _publish_prediction(self, plan: Plan) -> None:
@@ -426,7 +432,9 @@ class Learner(SuiteNode):
             self._under_way.check()
 
     def _publish_progress(self) -> None:
-        self._progress_publisher.publish(self._progress.to_message(self.get_clock().now().to_msg()))
+        progress = self._progress
+        self._progress_publisher.publish(progress.to_message(self.get_clock().now().to_msg()))
+        self._numbers.publish(progress, self._error)
 
 
 def main() -> int:

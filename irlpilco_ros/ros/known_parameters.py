@@ -10,9 +10,9 @@ import difflib
 from collections.abc import Collection, Iterable
 
 from irlpilco_ros.experience.policy_file import (
+    BESIDE,
     HISTORY,
     JOINT_LISTS,
-    PREDICTED,
     PREFIX,
     policy_fields,
 )
@@ -28,7 +28,7 @@ _PREFIXES_OF_ROS = ("qos_overrides.",)
 
 def known_parameters() -> set[str]:
     """Return the names of the parameters of all nodes, those of extensions and of ROS included."""
-    names = {*NODE_PARAMETERS, *_OF_ROS, PREFIX + "kind", *policy_fields(), *PREDICTED}
+    names = {*NODE_PARAMETERS, *_OF_ROS, PREFIX + "kind", *policy_fields(), *BESIDE}
     names |= {PREFIX + name for name in (HISTORY, *JOINT_LISTS)}
     for settings in (RobotSettings, LearningSettings):  # with those of extensions
         names |= set(declarations(settings))

@@ -9,9 +9,10 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
 from irlpilco_ros.control.safety import check_policy
+from irlpilco_ros.experience.demonstrated import Demonstrated
 from irlpilco_ros.experience.policy_file import (
+    BESIDE,
     HISTORY,
-    PREDICTED,
     PREFIX,
     policy_fields,
     policy_from_parameters,
@@ -32,10 +33,12 @@ _TEXTS = {
     PREFIX + "unactuated_joints": "Those of them that the policy does not move.",
     PREFIX + "continuous_joints": "Those of them that it sees as sine and cosine of their angle.",
 }
-_PREDICTED_TEXTS = (
+_BESIDE_TEXTS = (
     "What the model expects of the trial: positions of `policy.joints` at its ticks, from 0 on "
     "[rad]; empty where nothing was predicted. See guard_sigma.",
     "Their standard deviations [rad].",
+    "What the policy imitates: positions of `policy.joints` at the ticks of a trial, from 0 on "
+    "[rad]; empty where nobody knows. Told on controller/reference, and nothing else.",
 )
 _SCALARS = {int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE}
 
@@ -46,7 +49,7 @@ def policy_parameters() -> dict[str, ParameterDescriptor]:
     for name, text in _TEXTS.items():
         kind = Parameter.Type.STRING if name == _KIND else Parameter.Type.STRING_ARRAY
         found[name] = ParameterDescriptor(name=name, type=kind.value, description=text)
-    for name, text in zip(PREDICTED, _PREDICTED_TEXTS, strict=True):
+    for name, text in zip(BESIDE, _BESIDE_TEXTS, strict=True):
         kind = Parameter.Type.DOUBLE_ARRAY
         found[name] = ParameterDescriptor(name=name, type=kind.value, description=text)
     found[PREFIX + HISTORY] = ParameterDescriptor(
@@ -116,6 +119,15 @@ class PolicyParameters:
             else PredictedBand.from_parameters(self._values, self._robot.roles)
         )
 
+    @property
+    def demonstrated(self) -> Demonstrated | None:
+        """What the policy imitates; None if nobody knows."""
+        return (
+            None
+            if self.policy is None
+            else Demonstrated.from_parameters(self._values, self._robot.roles)
+        )
+
     def _complete(self, parameters: list[Parameter]) -> list[Parameter]:
         """Empty the fields that a new policy does not have."""
         given = {parameter.name for parameter in parameters}
@@ -163,6 +175,7 @@ class PolicyParameters:
             )
         policy, joints = policy_from_parameters(_given(values))
         PredictedBand.from_parameters(values, joints)  # refuses what is no band
+        Demonstrated.from_parameters(values, joints)
         start = self._node.get_parameter(_START).value
         start = next((p.value for p in parameters if p.name == _START), start)
         check_policy(self._robot, policy, joints, tuple(start))

@@ -65,6 +65,13 @@ def test_a_lost_tick_stops_the_trial():
         trial.command(reading(0.25))
 
 
+def test_every_tick_is_told_with_its_stamp():
+    told = []
+    trial = Trial(Counting(), 3, 0.1, on_tick=lambda tick, stamp: told.append((tick, stamp)))
+    run(trial, [0.0, 0.05, 0.1, 0.15, 0.21, 0.3, 0.4])
+    assert told == [(tick, nanoseconds(time)) for tick, time in enumerate((0.0, 0.1, 0.21, 0.3))]
+
+
 def test_a_trial_sums_itself_up():
     trial = Trial(Counting(), 4, 0.5)
     run(trial, np.arange(0.0, 3.0, 0.01))

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.demonstrated import Demonstrated
 from irlpilco_ros.experience.parameters_file import load_parameters_file
 from irlpilco_ros.experience.policy_file import (
+    DEMONSTRATED,
     policy_from_parameters,
     policy_to_parameters,
     read_policy_file,
@@ -58,11 +60,24 @@ def test_what_is_no_band_is_refused(change, reason):
         PredictedBand.from_parameters({**BAND.to_parameters(), **change}, JOINTS)
 
 
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [([0.0] * 5, "has 5 values; expected one for each of 2"), ([np.nan] * 4, "is not finite")],
+)
+def test_what_was_never_shown_is_refused(values, reason):
+    assert Demonstrated.from_parameters({DEMONSTRATED: []}, JOINTS) is None
+    with pytest.raises(InvalidSettingError, match=reason):
+        Demonstrated.from_parameters({DEMONSTRATED: values}, JOINTS)
+
+
 def test_a_plan_and_its_policy_file_hold_it_from_the_first_prediction_on(tmp_path):
     bag = toy_robot.record_demonstration(tmp_path / "shown")
     settings = LearningSettings(evaluations=3)
     run = Apprenticeship.open(tmp_path / "run", bag, toy_robot.ROBOT, settings)
     first = run.prepare()
+    shown = Demonstrated.from_parameters(first.parameters, toy_robot.ROBOT.roles)
+    expected = run.task.reference_states()[:, : len(toy_robot.JOINTS)]
+    np.testing.assert_allclose(shown.positions, expected, atol=1e-7)
     assert PredictedBand.from_parameters(first.parameters, toy_robot.ROBOT.roles) is None
     run.finish(toy_robot.record_trial(first, run.directory.trials_directory))
     plan = run.prepare()
@@ -77,6 +92,10 @@ def test_a_plan_and_its_policy_file_hold_it_from_the_first_prediction_on(tmp_pat
     )
     np.testing.assert_array_equal(written.positions, band.positions)
     np.testing.assert_array_equal(written.deviations, band.deviations)
+    again = Demonstrated.from_parameters(
+        load_parameters_file(path, "controller"), toy_robot.ROBOT.roles
+    )
+    np.testing.assert_array_equal(again.positions, shown.positions)
     policy, joints = read_policy_file(path)
     np.testing.assert_array_equal(policy.parameters, plan.iteration.policy.parameters)
     beside = {**policy_to_parameters(policy, joints), **band.to_parameters()}

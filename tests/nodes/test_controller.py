@@ -23,14 +23,16 @@ from controlled_robot import (
 )
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from fake_robot import FakeRobot
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
+from irlpilco_ros.experience.demonstrated import Demonstrated
 from irlpilco_ros.experience.policy_file import policy_to_parameters, write_policy_file
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import LinearPolicy, OpenLoopPolicy
 from irlpilco_ros.ros.messages import nanoseconds
-from irlpilco_ros.ros.qos import COMMAND_RECORDING
+from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_STATES_PUB
 
 pytestmark = pytest.mark.dds
 
@@ -119,17 +121,27 @@ def test_only_velocities_move_the_robot_to_its_start_and_within_its_speed(ros):
 def test_a_policy_file_runs_without_a_learner_and_with_a_namespace(ros, tmp_path):
     policy = OpenLoopPolicy(np.array([[0.1, -0.2]] * HORIZON), np.array([1.0, 2.0]), 4)
     path = tmp_path / "policy_007.yaml"
-    write_policy_file(path, policy, Joints(tuple(JOINTS)), {**ROBOT, "start_position": [0.0, 0.0]})
+    shown = Demonstrated(np.arange(2.0 * HORIZON + 2.0).reshape(-1, 2))
+    beside = {**ROBOT, **shown.to_parameters(), "start_position": [0.0, 0.0]}
+    write_policy_file(path, policy, Joints(tuple(JOINTS)), beside)
     parameters = {"velocity_controller_output": True}
     ros.start(CONTROLLER, files=[path], parameters=parameters, namespace="/robot")
     topic = "/robot/velocity_controller/commands"
     other = ros.listen(Float64MultiArray, topic, COMMAND_RECORDING, publishers=1)
+    reference = ros.listen(
+        JointState, "/robot/controller/reference", JOINT_STATES_PUB, publishers=1
+    )
     with FakeRobot(ros, JOINTS, topic="/robot/", lockstep=True) as robot:
         ros.wait_for(lambda: robot.states, "states")
         answer = trigger_when_heard(ros, "/robot/controller/run_trial")
         assert answer.success, answer.message
     ros.wait_for(lambda: [*other.messages[-1].data] == [0.0, 0.0], "the other output's end")
     assert {tuple(message.data) for message in other.messages} == {(0.1, -0.2), (0.0, 0.0)}
+    ros.wait_for(lambda: len(reference.messages) == HORIZON + 1, "what was shown, at every tick")
+    np.testing.assert_array_equal([each.position for each in reference.messages], shown.positions)
+    assert {tuple(each.name) for each in reference.messages} == {tuple(JOINTS)}
+    stamps = [nanoseconds(each.header.stamp) for each in reference.messages]
+    assert np.diff(stamps).tolist() == [round(PERIOD * 1e9)] * HORIZON
     np.testing.assert_allclose(robot.vector("positions"), [0.04, -0.08], atol=1e-9)
 
 

@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.parameter import parameter_value_to_python
+from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -142,6 +143,10 @@ def place(shared_ros, bag, tmp_path_factory):
 def test_two_iterations(place):
     graph, robot = place.graph, place.robot
     health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
+    numbers = {
+        name: graph.listen(Float64, f"/first/learner/progress/{name}", DIAGNOSTICS, publishers=1)
+        for name in ("iteration", "fraction", "cost", "error")
+    }
     first = place.learn()
     assert first.success, first.message
     assert first.message.startswith("iteration 1: trial 001 is 0.0")
@@ -168,6 +173,16 @@ def test_two_iterations(place):
         return {state.message for state in states} >= {"learning", "idle"}
 
     graph.wait_for(told, "diagnostics of the learner")
+
+    def last(name):
+        return numbers[name].messages[-1].data if numbers[name].messages else None
+
+    graph.wait_for(lambda: last("error") == found[2].error_rad, "the error of the last trial")
+    graph.wait_for(lambda: last("fraction") == 0.0, "an idle learner")
+    values = {name: {each.data for each in heard.messages} for name, heard in numbers.items()}
+    assert values["iteration"] <= {0.0, 1.0, 2.0}, "nothing while idle"
+    assert 2.0 in values["iteration"]
+    assert all(np.isfinite(list(each)).all() for each in values.values())
 
 
 def test_the_prediction_waits_for_whoever_comes_late(place):
