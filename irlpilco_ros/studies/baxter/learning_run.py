@@ -11,7 +11,7 @@ import numpy as np
 from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.path_quality import MotionPath, path_quality
-from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.robot_settings import RobotSettings, robot_from_parameters
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.learn import weigh
@@ -110,7 +110,7 @@ def sweep_task(shown: Rollout, features: str = "joints") -> Task:
 def baxter() -> RobotSettings:
     """Return the settings of config/baxter.yaml."""
     values = load_parameters_file(config_file("baxter.yaml"), "learner")
-    return settings_from_parameters(RobotSettings, values)
+    return robot_from_parameters(values)
 
 
 def thesis_settings() -> LearningSettings:
