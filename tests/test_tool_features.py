@@ -7,8 +7,12 @@ import math
 from pathlib import Path
 
 import numpy as np
+import practising_arm
 import pytest
+from practising_arm import ROBOT, SETTINGS, robot_file
 
+from irlpilco_ros.commands.object_place import adapter_of, moved_to
+from irlpilco_ros.experience.adapting import AdaptSettings
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.parameters_file import load_parameters_file
@@ -19,6 +23,7 @@ from irlpilco_ros.kinematics.errors import RobotDescriptionError
 from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning import LearningSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.settings import values_of
 from irlpilco_ros.resources import config_file
 from sim_bridge.baxter_simulation import BaxterSimulation
 from sim_bridge.episode import run_episode
@@ -56,6 +61,29 @@ def test_the_sweep_is_learned_by_where_the_tools_are(tmp_path):
     assert 0.003 < distances[0] < 0.03
     assert distances[2] < distances[0] / 3
     assert distances[2] < 0.003
+
+
+def test_where_the_object_has_gone_the_tools_points_are_those_that_were_shown(tmp_path):
+    urdf = robot_file(tmp_path).with_suffix(".urdf")
+    pen = ToolSettings(str(urdf), ("pen",), ("hand",), (0.0, 0.0, 0.0))
+    robot = dataclasses.replace(ROBOT, features="tools", tools=pen)
+    run = Apprenticeship.open(
+        tmp_path / "run", practising_arm.record_demonstration(tmp_path / "shown"), robot, SETTINGS
+    )
+    errors = practising_arm.practise(run, 3)
+    assert errors[2] < 0.3 * errors[0]
+    shown = run.task.reference_features()
+    adapter = adapter_of(tmp_path / "arm.yaml", values_of(robot), AdaptSettings())
+    adapter.adapt(run, moved_to((-0.05, 0.04, 0.2)))
+    there = run.task
+    np.testing.assert_allclose(there.reference_features()[:, :9], shown[:, :9], atol=2e-3)
+    far = there.reference_states()[:, :3] - run.shown[0].rollout.states[:, :3]
+    assert np.abs(far).max() > 0.1
+    assert practising_arm.practise(run, 1)[0] < 0.02
+    run.close()
+    again = Apprenticeship.open(tmp_path / "run", None, robot, SETTINGS)
+    np.testing.assert_array_equal(again.task.reference_features(), there.reference_features())
+    again.close()
 
 
 def test_a_robot_whose_tools_are_not_told_is_refused_and_one_that_turns_without_end():

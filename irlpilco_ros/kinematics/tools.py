@@ -65,7 +65,7 @@ class ToolSettings:
         maximum=10.0,
     )
     posture_price: float = setting(
-        0.01,
+        0.1,
         "With features: tools, what a joint that is off counts beside the tools: it keeps the "
         "joints near the demonstrated posture where the tools leave them free; 0: they may go "
         "anywhere.",

@@ -60,25 +60,32 @@ class _Points:
 
     def __call__(self, points: Array) -> tuple[Array, Array]:
         """Return features (m, k) at joint positions (m, J), and their Jacobians (m, k, J)."""
-        found = [self._of(positions) for positions in points]
-        return np.stack([values for values, _ in found]), np.stack([slopes for _, slopes in found])
-
-    def _of(self, positions: Array) -> tuple[Array, Array]:
-        poses, jacobians = self.tools.motion.poses_and_jacobians(positions)
-        size, turn = self.tools.size, self.back[:3, :3]
-        arms = size * np.eye(3)[:, :2] if size else np.empty((3, 0))
-        offsets = np.einsum("kij,jp->kpi", poses[:, :3, :3], np.hstack([np.zeros((3, 1)), arms]))
-        places = (poses[:, None, :3, 3] + offsets) @ turn.T + self.back[:3, 3]
-        # A point that is off the tool's origin by o moves by v + w x o.
-        moves = jacobians[:, None, :3] - np.cross(
-            offsets[..., None], jacobians[:, None, 3:], axisa=2, axisb=2, axisc=2
+        count, joints = points.shape
+        both = [self.tools.motion.poses_and_jacobians(positions) for positions in points]
+        poses, jacobians = (
+            np.stack([each[0] for each in both]),
+            np.stack([each[1] for each in both]),
         )
-        slopes = np.einsum("ij,kpjn->kpin", turn, moves).reshape(-1, len(positions))
-        price = self.tools.posture
+        arms = poses[:, :, :3, : 2 if self.tools.size else 0].swapaxes(2, 3) * self.tools.size
+        offsets = np.concatenate([np.zeros((*poses.shape[:2], 1, 3)), arms], axis=2)
+        turn = self.back[:3, :3]
+        places = (poses[:, :, None, :3, 3] + offsets) @ turn.T + self.back[:3, 3]
+        # A point that is off the tool by o moves by v + w x o, which is v - [o]x w.
+        moves = jacobians[:, :, None, :3] - _crossing(offsets) @ jacobians[:, :, None, 3:]
+        slopes = (turn @ moves).reshape(count, -1, joints)
+        values, price = places.reshape(count, -1), self.tools.posture
         if not price:
-            return places.ravel(), slopes
-        whole = np.vstack([slopes, price * np.eye(len(positions))])
-        return np.concatenate([places.ravel(), price * positions]), whole
+            return values, slopes
+        priced = np.broadcast_to(price * np.eye(joints), (count, joints, joints))
+        return np.hstack([values, price * points]), np.concatenate([slopes, priced], axis=1)
+
+
+def _crossing(vectors: Array) -> Array:
+    """Return the matrices (..., 3, 3) that multiply by vectors (..., 3) from the left: a x b."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 @REGISTRY.register("tools")
@@ -103,8 +110,7 @@ class ToolPoints(CubatureFeatures):
                 f"features: tools compares postures, but {', '.join(joints.continuous)} turn "
                 "without end; set features: joints"
             )
-        points = _Points(tools(), np.eye(4))
-        count = len(joints.names)
+        points, count = _Points(tools(), np.eye(4)), len(joints.names)
         values, _ = points(np.zeros((1, count)))
         return cls(count, points, ("m",) * values.shape[1])
 

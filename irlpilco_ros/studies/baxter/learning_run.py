@@ -102,8 +102,13 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
 
 
 def sweep_task(shown: Rollout, features: str = "joints") -> Task:
-    """Return the task of imitating a sweep that was shown, by features of this name."""
-    robot = dataclasses.replace(baxter(), features=features)
+    """Return the task of imitating a sweep that was shown, by features of this name.
+
+    Of tools it is their places alone: not how they are turned, nor the posture.
+    """
+    robot = baxter()
+    places = dataclasses.replace(robot.tools, tool_size=0.0, posture_price=0.0)
+    robot = dataclasses.replace(robot, features=features, tools=places)
     return Task((shown,), robot.control_period, robot.control_limit, robot.feature_map)
 
 
