@@ -62,10 +62,7 @@ class _Points:
         """Return features (m, k) at joint positions (m, J), and their Jacobians (m, k, J)."""
         count, joints = points.shape
         both = [self.tools.motion.poses_and_jacobians(positions) for positions in points]
-        poses, jacobians = (
-            np.stack([each[0] for each in both]),
-            np.stack([each[1] for each in both]),
-        )
+        poses, jacobians = (np.stack(each) for each in zip(*both, strict=True))
         arms = poses[:, :, :3, : 2 if self.tools.size else 0].swapaxes(2, 3) * self.tools.size
         offsets = np.concatenate([np.zeros((*poses.shape[:2], 1, 3)), arms], axis=2)
         turn = self.back[:3, :3]
