@@ -188,6 +188,9 @@ def test_where_iterative_control_is_better_is_said(store, capsys):
 
 def test_table_of_control_periods_begins_with_the_longest(store, capsys):
     text = table(store, "control_period", capsys)
-    lines = [line for line in text.splitlines() if " Hz |" in line]
-    assert [line.split(" | ")[0] for line in lines] == ["| 2 Hz", "| 4 Hz", "| 10 Hz"]
+    lines = [line for line in text.splitlines() if " Hz" in line]
+    rates = ["| 2 Hz", "| 4 Hz", "| 10 Hz", "| 10 Hz, 200 points"]
+    assert [line.split(" | ")[0] for line in lines] == rates
+    small = motion.control_period_jobs(range(1))[-1].arguments["settings"]
+    assert (small.model_points, sweep_settings().model_points) == (200, 300)
     assert lines[1].endswith("| 5 (5 to 5) | 2 |")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
@@ -30,9 +31,25 @@ from irlpilco_ros.studies.job import Job, Result
 CONTROL_PERIOD = "control_period"
 """Name of the experiment with several of them."""
 
-OTHER_PERIODS = (0.5, 0.1)  # [s]
+
+@dataclass(frozen=True)
+class Rate:
+    """How often to decide, and how large the model may become at that.
+
+    Attributes:
+        period: Control period [s].
+        model_points: Largest number of points that the dynamics model consists of.
+    """
+
+    period: float
+    model_points: int = sweep_settings().model_points
+
+
+OTHER_RATES = {"0.5": Rate(0.5), "0.1": Rate(0.1), "0.1_200": Rate(0.1, 200)}
+"""The other rates by their conditions: the fastest also with a cheaper model."""
+
 OTHER_SEEDS = 3
-"""Number of seeds at other control periods: the shortest takes minutes for each."""
+"""Number of seeds at other rates: the fastest takes minutes for each."""
 
 
 def jobs(seeds: Sequence[int]) -> list[Job]:
@@ -44,28 +61,30 @@ def jobs(seeds: Sequence[int]) -> list[Job]:
 
 def motion_job(robot: str, seed: int, iterations: int = ITERATIONS) -> Job:
     """Return the job of learning on a robot of `ROBOTS`."""
-    return _job(EXPERIMENT, robot, robot, seed, PERIOD, iterations)
+    return _job(EXPERIMENT, robot, robot, seed, Rate(PERIOD), iterations)
 
 
 def control_period_jobs(seeds: Sequence[int]) -> list[Job]:
     """Return the jobs on the default robot: the usual ones, and those at other periods."""
     usual = [motion_job("default", seed) for seed in seeds]
     others = [
-        _job(CONTROL_PERIOD, f"{period:g}", "default", seed, period, ITERATIONS)
-        for period in OTHER_PERIODS
+        _job(CONTROL_PERIOD, condition, "default", seed, rate, ITERATIONS)
+        for condition, rate in OTHER_RATES.items()
         for seed in seeds[:OTHER_SEEDS]
     ]
     return usual + others
 
 
 def _job(
-    experiment: str, condition: str, robot: str, seed: int, period: float, iterations: int
+    experiment: str, condition: str, robot: str, seed: int, rate: Rate, iterations: int
 ) -> Job:
-    settings = dataclasses.replace(sweep_settings(), seed=seed, threads=1)
+    settings = dataclasses.replace(
+        sweep_settings(), seed=seed, threads=1, model_points=rate.model_points
+    )
     arguments = {
         "robot": robot,
         "settings": settings,
-        "period": period,
+        "period": rate.period,
         "iterations": iterations,
     }
     return Job(experiment, condition, seed, motion_run, arguments)

@@ -115,11 +115,16 @@ def control_period_table(store: ResultStore, seeds: Sequence[int]) -> str:
 
 
 def _slowest_first(found: dict[str, list[Result]]) -> dict[str, list[Result]]:
-    """Return the runs by their rate of control."""
-    usual = {"default": PERIOD}
-    periods = {name: usual.get(name) or float(name) for name in found}
-    order = sorted(found, key=lambda name: -periods[name])
-    return {f"{1.0 / periods[name]:g} Hz": found[name] for name in order}
+    """Return the runs by their rate of control, and the size of its model where that differs."""
+    usual = motion.Rate(PERIOD)
+    rates = {name: motion.OTHER_RATES.get(name, usual) for name in found}
+    order = sorted(found, key=lambda name: (-rates[name].period, -rates[name].model_points))
+    return {_rate_name(rates[name], usual): found[name] for name in order}
+
+
+def _rate_name(rate: motion.Rate, usual: motion.Rate) -> str:
+    small = rate.model_points != usual.model_points
+    return f"{1.0 / rate.period:g} Hz{f', {rate.model_points} points' if small else ''}"
 
 
 def _path_table(found: dict[str, list[Result]]) -> str:
