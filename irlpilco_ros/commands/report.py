@@ -12,9 +12,9 @@ from irlpilco_ros.commands.terminal import ProgressDisplay
 
 EPILOG = """\
 The report is RUN/report/index.html, one file that needs no network, also for a phone: the best
-policy and the command that runs it, errors over iterations, each joint's trial and prediction beside
-the demonstration, limits and speeds, cost weights, what the model found important, timing, and, if
-the robot is the simulated Baxter, pictures of the motion. It is made from the files in RUN;
+policy and the command that runs it, errors over iterations, each joint's trial and prediction
+beside the demonstration, limits and speeds, cost weights, what the model found important, timing,
+and, if the robot is the simulated Baxter, pictures of the motion. It is made from the files in RUN;
 no node needs to run.
 
 examples:
