@@ -114,13 +114,14 @@ def record_trial(plan, folder: Path) -> Path:
     rng = np.random.default_rng(plan.iteration.index)
     position = np.array(plan.parameters["start_position"])
     velocity, control = np.zeros(3), np.zeros(3)
-    rows, steps, substeps = [], HORIZON * round(PERIOD / 0.01), round(PERIOD / 0.01)
+    horizon, substeps = plan.parameters["trial_horizon"], round(PERIOD / 0.01)
+    rows, steps = [], horizon * substeps
     for sample in range(steps + 1):
         noisy = position + 4e-4 * rng.standard_normal(3), velocity + 5e-3 * rng.standard_normal(3)
         command = np.full(3, np.nan)
         if sample % substeps == 0:
             step = sample // substeps
-            control = policy.act(np.concatenate(noisy), step) if step < HORIZON else np.zeros(3)
+            control = policy.act(np.concatenate(noisy), step) if step < horizon else np.zeros(3)
             command = control
         rows.append((*noisy, command))
         velocity = velocity + 0.3 * (SPEED * control - velocity)

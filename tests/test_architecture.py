@@ -90,6 +90,7 @@ LEARNING = (
     "features",
     "costs",
     "task",
+    "pace",
     "policies",
     "imitation",
     "learning_settings",

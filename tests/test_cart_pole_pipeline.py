@@ -96,7 +96,7 @@ def check_same_as_in_process(rollout):
 def check_run(run):
     rows = run.metrics()
     assert [row.iteration for row in rows] == [0, 1]
-    trials = run.search_trials(CART_POLE_JOINTS, 25).trials
+    trials = run.search_trials(CART_POLE_JOINTS, lambda _: 25).trials
     assert set(trials) == {0, 1}  # found again by their commands, angles and all
     iteration = run.read_iteration(1)
     assert iteration.policy.kind == "rbf"

@@ -59,7 +59,7 @@ def add_moved_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="after the iterations, move the pile to each place in turn, adapt, and sweep there; a "
         "YAML list of [x, y, turn], metres and radians from where it was shown, such as "
-        "config/places.yaml",
+        "config/places.yaml; a fourth number is how many times as fast it is swept there",
     )
     group.add_argument(
         "--moved-trials",
@@ -109,9 +109,10 @@ class MovedDemo:
         """
         print(HEADER, flush=True)
         self._keep(self._directory.metrics()[-1], _SHOWN)
-        for number, place in enumerate(self._moves, start=1):
-            where: dict[str, Any] = dict(zip(("x", "y", "turn"), place, strict=True))
+        for number, move in enumerate(self._moves, start=1):
+            place, where = move.place, move._asdict()
             self._lay(place)
+            self._set("learner", {"speed": move.speed})
             began = time.perf_counter()
             refusal = self._adapt(place)
             seconds = time.perf_counter() - began
@@ -152,9 +153,10 @@ class MovedDemo:
 
     def _lay(self, place: tuple[float, float, float]) -> None:
         """Lay the pile there, whole."""
-        values = {"object_place": [float(each) for each in place]}
-        setting = self._session.clients.set_parameters("baxter_simulator", values)
-        self._session.run(setting, self._check)
+        self._set("baxter_simulator", {"object_place": [float(each) for each in place]})
+
+    def _set(self, node: str, values: dict[str, Any]) -> None:
+        self._session.run(self._session.clients.set_parameters(node, values), self._check)
 
     def _adapt(self, place: tuple[float, float, float]) -> str:
         """Have the learner adapt to where the pile lies; return why it refuses, if it does."""
@@ -179,7 +181,9 @@ class MovedDemo:
     def _is_there(self, place: tuple[float, float, float]) -> bool:
         before = recorded_object_pose(self._directory.demonstration_directory)
         assert before is not None  # or it would have been refused
-        off = np.subtract(displacement(before, self._place().object_pose), place)
+        now = self._place().object_pose
+        assert now is not None  # the simulator tells it
+        off = np.subtract(displacement(before, now), place)
         return bool((np.abs(off) <= _ASKED).all())
 
     def _place(self) -> Place:

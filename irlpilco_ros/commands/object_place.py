@@ -16,26 +16,31 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.settings import from_values
 
 
-def add_place_argument(parser: argparse.ArgumentParser, required: bool = False) -> None:
-    """Add --object-pose."""
+def add_place_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --object-pose and --speed."""
     parser.add_argument(
         "--object-pose",
         type=float,
         nargs=3,
-        required=required,
         metavar=("X", "Y", "TURN"),
         help="where the object is now, relative to where it was shown: metres along the base's x "
-        "and y, and radians about its own vertical",
+        "and y, and radians about its own vertical (default: where the run is)",
+    )
+    parser.add_argument(
+        "--speed",
+        type=float,
+        metavar="S",
+        help="how many times as fast as it was shown: from 0.5 to 1.5 (default: 1)",
     )
 
 
-def adapter_of(robot_file: Path, robot: Mapping[str, Any], error_limit: float) -> Adapter:
+def adapter_of(robot_file: Path, robot: Mapping[str, Any], accepted: AdaptSettings) -> Adapter:
     """Return what adapts a run.
 
     Args:
         robot_file: Parameters file of the robot, for its tools.
         robot: Values of the robot's settings in the run.
-        error_limit: Largest predicted error that is accepted [rad].
+        accepted: How fast it is to be, and what is accepted.
 
     Raises:
         InvalidSettingError: a value is wrong, or the file is none.
@@ -45,11 +50,23 @@ def adapter_of(robot_file: Path, robot: Mapping[str, Any], error_limit: float) -
         from_values(RobotSettings, robot),
         settings_from_parameters(ToolSettings, values),
         settings_from_parameters(ObjectSettings, values),
-        AdaptSettings(error_limit),
+        accepted,
     )
 
 
-def moved_to(place: Sequence[float]) -> Callable[[Array], Array]:
-    """Return what makes the object's pose now of that in the demonstration."""
+def settings_of(arguments: argparse.Namespace, **values: Any) -> AdaptSettings:
+    """Return what is asked for by --speed, with other values of the settings.
+
+    Raises:
+        InvalidSettingError: the speed is out of its range.
+    """
+    speed = {} if arguments.speed is None else {"speed": arguments.speed}
+    return AdaptSettings(**values, **speed)
+
+
+def moved_to(place: Sequence[float] | None) -> Callable[[Array], Array] | None:
+    """Return what makes the object's pose now of that in the demonstration; None if it stayed."""
+    if place is None:
+        return None
     x, y, turn = place
     return lambda before: shifted(before, x, y, turn)

@@ -11,6 +11,7 @@ from irlpilco_ros.commands.counts import at_least
 EXPERIMENTS = (
     "motion",
     "places",
+    "speeds",
     "control_period",
     "headline",
     "perturbations",
@@ -24,8 +25,8 @@ EXPERIMENTS = (
 
 EPILOG = """\
 baxter     the sweep on a simulated Baxter: the whole path of the arm on robots as they come,
-           miscalibrated and late, beside iterative learning control; the sweep at other places;
-           other control periods; robot time, perturbations against replay, tracking and
+           miscalibrated and late, beside iterative learning control; the sweep at other places
+           and speeds; other control periods; robot time, perturbations against replay, tracking and
            cloning, debris in the pan, hand features, ablation, and the thesis's own settings
            and methods over 15 iterations
 

@@ -13,14 +13,18 @@ from typing import Any
 
 from irlpilco_ros.commands import metrics_table
 from irlpilco_ros.commands.bag_topic import add_topic_argument, add_window_argument
-from irlpilco_ros.commands.object_place import adapter_of, add_place_argument, moved_to
+from irlpilco_ros.commands.object_place import (
+    adapter_of,
+    add_place_arguments,
+    moved_to,
+    settings_of,
+)
 from irlpilco_ros.commands.settings_files import (
     add_settings_arguments,
     read_settings,
     settings_paths,
 )
 from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
-from irlpilco_ros.experience.adapting import AdaptSettings
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.bag_files import bag_number, bags_in, copy_bag
 from irlpilco_ros.experience.bag_reader import read_path
@@ -80,7 +84,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="OUT",
         help="where the result goes; must be new (default: runs/train)",
     )
-    add_place_argument(parser)
+    add_place_arguments(parser)
     add_window_argument(parser)
     add_topic_argument(parser)
     add_settings_arguments(parser)
@@ -134,7 +138,8 @@ def learn(
             copy_bag(bag, copy)
             report = learning.finish(copy)
             print(metrics_table.row(dataclasses.asdict(report.row)), flush=True)
-        plan = prepare(learning) if arguments.object_pose is None else adapt(arguments, learning)
+        stays = arguments.object_pose is None and arguments.speed is None
+        plan = prepare(learning) if stays else adapt(arguments, learning)
         print(best_sentence(learning.directory))
         return learning.directory.policy_file(plan.iteration.index)
     finally:
@@ -142,11 +147,10 @@ def learn(
 
 
 def adapt(arguments: argparse.Namespace, learning: Apprenticeship) -> Plan:
-    """Carry what was learned over to where the object is now; say what is expected there."""
+    """Carry what was learned over to a place or speed; say what is expected there."""
     robot_file, _ = settings_paths(arguments)
-    limit = AdaptSettings().adapt_error_limit
     begun = learning.directory.configuration()
-    adapter = adapter_of(robot_file, begun, limit)
+    adapter = adapter_of(robot_file, begun, settings_of(arguments))
     adapted, sentence = adapter.adapt(learning, moved_to(arguments.object_pose))
     print(sentence)
     return adapted.plan

@@ -1,4 +1,4 @@
-"""Carry a run over to where its object is now: whoever adapts a policy asks here."""
+"""Carry a run over to where its object is now, and as fast as is wanted: who adapts asks here."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
+from irlpilco_ros.experience.carried_over import Moved
 from irlpilco_ros.experience.demonstrations import demonstration_bags
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.object_moved import check_stayed
@@ -15,6 +16,7 @@ from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.kinematics.carried_path import Carrier
 from irlpilco_ros.kinematics.description_file import kinematics_of
 from irlpilco_ros.kinematics.tools import ToolSettings
+from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.iteration import Progress
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.settings import check, setting
@@ -35,6 +37,14 @@ class AdaptSettings:
         unit="rad",
         minimum=0.0,
         maximum=10.0,
+    )
+
+    speed: float = setting(
+        1.0,
+        "How many times as fast as it was shown the motion is done that is adapted: 1.25 is a "
+        "quarter faster, and takes 0.8 of the time.",
+        minimum=0.5,
+        maximum=1.5,
     )
 
     def __post_init__(self) -> None:
@@ -62,14 +72,15 @@ class Adapter:
     def adapt(
         self,
         run: Apprenticeship,
-        where: Callable[[Array], Array],
+        where: Callable[[Array], Array] | None,
         progress: Callable[[Progress], None] | None = None,
     ) -> tuple[Adapted, str]:
-        """Go on where the object is now.
+        """Go on where the object is now, as fast as the settings say.
 
         Args:
             run: What was practised so far.
-            where: Returns the object's pose now (4, 4), given that in the first demonstration.
+            where: Returns the object's pose now (4, 4), given that in the first demonstration; None
+                if it is still where the run is for.
             progress: As for `Apprenticeship.prepare`.
 
         Returns:
@@ -78,21 +89,41 @@ class Adapter:
         Raises:
             RobotDescriptionError: where the tools are cannot be told.
             BagError: where the object was in a demonstration is not known.
-            UnreachableError: the motion cannot be done there; nothing was written.
+            UnreachableError: the motion cannot be done there, or so fast; nothing was written.
+            InvalidSettingError: what is commanded here does not scale with the speed.
         """
+        speed, limit = self.settings.speed, self.settings.adapt_error_limit
+        self._check_speed(speed)
+        moved = self._moved(run, where)
+        adapted = run.adapt(moved, speed, limit, progress)
+        return adapted, (
+            f"place {adapted.number}, {_whereabouts(moved)}"
+            f"{'' if speed == 1.0 else f', at {speed:g} times the shown speed'}: "
+            f"{adapted.forecast.sentence()}; the policy is that of iteration "
+            f"{adapted.plan.iteration.index}"
+        )
+
+    def _check_speed(self, speed: float) -> None:
+        robot = self.robot
+        if speed != 1.0 and (robot.command_interface != "velocity" or robot.unactuated_joints):
+            raise InvalidSettingError(
+                f"speed is {speed:g}, but this robot is not commanded by the velocities of all its "
+                "joints: what it would be commanded at another speed is not known; set speed to 1"
+            )
+
+    def _moved(self, run: Apprenticeship, where: Callable[[Array], Array] | None) -> Moved | None:
+        """Return where the object is now; None for where it was shown, if no more is known."""
+        now = run.object_pose
+        if where is None and now is None:
+            return None
         kinematics = kinematics_of(self.tools, self.robot.joints, self.description)
         carrier = Carrier(kinematics, self.robot.lower, self.robot.upper)
         bags = demonstration_bags(run.directory.demonstration_directory)
         before = demonstrated_poses(bags, self.objects.pose)
-        now = where(before[0])
-        limit = self.settings.adapt_error_limit
-        adapted = run.adapt(now, before, carrier, limit, progress)
-        x, y, turn = displacement(before[0], now)
-        return adapted, (
-            f"place {adapted.number}, the object moved by ({x:.3f}, {y:.3f}) m and {turn:.3f} rad: "
-            f"{adapted.forecast.sentence()}; the policy is that of iteration "
-            f"{adapted.plan.iteration.index}"
-        )
+        if where is not None:
+            now = where(before[0])
+        assert now is not None
+        return Moved(now, before, carrier)
 
     def check_stayed(self, run: Apprenticeship, readings: Array) -> None:
         """Check that the object is still where the next trial of a run is for.
@@ -114,3 +145,11 @@ class Adapter:
         except BagError:
             return  # nobody knows where it was
         check_stayed(shown, readings)
+
+
+def _whereabouts(moved: Moved | None) -> str:
+    """Say how far the object has moved."""
+    if moved is None:
+        return "where it was shown"
+    x, y, turn = displacement(moved.demonstrated[0], moved.object_pose)
+    return f"the object moved by ({x:.3f}, {y:.3f}) m and {turn:.3f} rad"

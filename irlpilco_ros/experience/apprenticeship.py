@@ -19,7 +19,7 @@ import numpy as np
 
 from irlpilco_ros.experience.bag_files import bag_number
 from irlpilco_ros.experience.best_trial import best_row, keep_best_policy, rows_here
-from irlpilco_ros.experience.carried_over import carried_over
+from irlpilco_ros.experience.carried_over import Moved, carried_over, retimed
 from irlpilco_ros.experience.demonstrated import Demonstrated
 from irlpilco_ros.experience.demonstration_checks import checked_motions
 from irlpilco_ros.experience.demonstrations import checked_demonstrations
@@ -40,8 +40,6 @@ from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Window
 from irlpilco_ros.experience.speed_demand import too_slow
 from irlpilco_ros.experience.trajectory import Trajectory
-from irlpilco_ros.kinematics.carried_path import Carrier
-from irlpilco_ros.kinematics.rigid_motion import inverse
 from irlpilco_ros.learning.apprenticeship import LearningLoop
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.learning.iteration import Iteration, Progress
@@ -186,8 +184,9 @@ class Apprenticeship:
             self._practices.append(Practice.carried(directory, robot, place, self._practices))
         trials = self._rollouts()
         tasks = [self._practice_of(number).task for number in range(len(trials))]
-        last, best = self._last(len(trials)), self._best()
-        self._loop = LearningLoop(self.task, settings, trials, last, best, tasks)
+        last, best = self._last(len(trials)), self._best(len(trials))
+        task = self._practice_of(len(trials)).task
+        self._loop = LearningLoop(task, settings, trials, last, best, tasks)
 
     @property
     def task(self) -> Task:
@@ -201,8 +200,14 @@ class Apprenticeship:
         return place.object_pose if place is not None else None
 
     @property
+    def speed(self) -> float:
+        """How many times as fast as it was shown the next trial is to be."""
+        return self.task.speed
+
+    @property
     def _practice(self) -> Practice:
-        return self._practices[-1]
+        """What the next trial is of; the last there is, unless a trial before it was lost."""
+        return self._practice_of(self.next_index)
 
     def _practice_of(self, iteration: int) -> Practice:
         """Return what an iteration was for: the last that had begun by then."""
@@ -308,18 +313,16 @@ class Apprenticeship:
 
     def adapt(
         self,
-        object_pose: Array,
-        demonstrated: Sequence[Array],
-        carrier: Carrier,
+        moved: Moved | None,
+        speed: float,
         error_limit: float,
         progress: Callable[[Progress], None] | None = None,
     ) -> Adapted:
-        """Go on where the object is now, with a policy for it from all trials so far.
+        """Go on where the object is now, and so fast, with a policy from all trials so far.
 
         Args:
-            object_pose: Of the object now, in the base frame, (4, 4).
-            demonstrated: Its pose in each of the demonstrations.
-            carrier: With the robot's joints.
+            moved: Where the object is now; None for where it was shown, wherever that is.
+            speed: How many times as fast as it was shown.
             error_limit: Largest predicted error that is accepted [rad].
             progress: As for `prepare`.
 
@@ -328,30 +331,31 @@ class Apprenticeship:
                 not vouch for the policy; nothing was written.
         """
         index = self.next_index
-        place = Place(index, object_pose, self._carried(object_pose, demonstrated, carrier))
+        object_pose = None if moved is None else moved.object_pose
+        place = Place(index, object_pose, self._carried(moved, speed), speed)
         practice = Practice.carried(self.directory, self._robot, place, self._practices)
         loop, task = self._loop, practice.task
-        moved = LearningLoop(task, self._settings, loop.trials, loop.last, None, loop.tasks)
-        iteration = moved.move(task, progress)
+        there = LearningLoop(task, self._settings, loop.trials, loop.last, None, loop.tasks)
+        iteration = there.move(task, progress)
         forecast = Forecast.of(task, iteration, len(self._robot.joints))
         forecast.check(error_limit)
         self.directory.begin_place(place)
         self._practices.append(practice)
-        self._loop = moved
+        self._loop = there
         return Adapted(len(self._practices) - 1, self.prepare(), forecast)
 
-    def _carried(
-        self, object_pose: Array, demonstrated: Sequence[Array], carrier: Carrier
-    ) -> tuple[ShownMotion, ...]:
-        """Return the demonstrations where the object is now; none if that is where it was shown."""
+    def _carried(self, moved: Moved | None, speed: float) -> tuple[ShownMotion, ...]:
+        """Return the demonstrations there and so fast; none if that is as they were shown."""
+        moves = [] if moved is None else moved.moves
+        if moved is None or max(np.abs(move - np.eye(4)).max() for move in moves) <= SAME:
+            if speed == 1.0:
+                return ()
+            return tuple(retimed(each, self._robot, speed) for each in self.shown)
         for each in self._practices:
-            if each.is_at(object_pose):
+            if each.is_at(moved.object_pose, speed):
                 return each.motions
-        moves = [object_pose @ inverse(before) for before in demonstrated]
-        if max(np.abs(move - np.eye(4)).max() for move in moves) <= SAME:
-            return ()
         return tuple(
-            carried_over(each, move, carrier, self._robot)
+            carried_over(each, move, moved.carrier, self._robot, speed)
             for each, move in zip(self.shown, moves, strict=True)
         )
 
@@ -362,7 +366,7 @@ class Apprenticeship:
             IncompleteTrialError: the bag holds no whole trial; it stays, and the trial of this
                 iteration is still to be done.
         """
-        report = self._take(self._read(bag), bag)
+        report = self._take(self._read(bag, self.task), bag)
         if self.next_index in self.directory.iterations():  # a trial that was lost is done again
             self._judge_the_unjudged()
         return report
@@ -377,7 +381,7 @@ class Apprenticeship:
         Raises:
             IncompleteTrialError: the bag holds no whole trial.
         """
-        rollout = self._read(bag)
+        rollout = self._read(bag, self.task)
         off, mse = joint_rmse(self.task, rollout, self._robot), judge(self.task, rollout).mse
         nan = math.nan
         row = MetricsRow(None, bag_number(bag), off, mse, nan, nan, 0.0, 0.0, 0.0)
@@ -406,11 +410,16 @@ class Apprenticeship:
         index = trials if trials in self.directory.iterations() else trials - 1
         return self.directory.read_iteration(index) if index > 0 else None
 
-    def _best(self) -> Iteration | None:
-        """Return the iteration whose trial was the best so far; None if it cannot be had."""
+    def _best(self, trials: int) -> Iteration | None:
+        """Return the iteration whose trial was the best of those of what comes after that many.
+
+        None if it cannot be had.
+        """
         row = best_row(rows_here(self.directory))
         if row is None or row.iteration is None:
             return None
+        if self._practice_of(row.iteration).task is not self._practice_of(trials).task:
+            return None  # a trial elsewhere was lost, and is to be done first
         try:
             if row.iteration == 0:
                 return Iteration(0, self.directory.read_policy(0))
@@ -444,9 +453,9 @@ class Apprenticeship:
         }
         return {**robot, **own}
 
-    def _read(self, bag: Path) -> Rollout:
+    def _read(self, bag: Path, task: Task) -> Rollout:
         return self.directory.read_trial(
-            bag, self._robot.roles, self.task.horizon, self._robot.control_period
+            bag, self._robot.roles, task.horizon, self._robot.control_period
         )
 
     def _rollouts(self) -> list[Rollout]:
@@ -455,7 +464,7 @@ class Apprenticeship:
         for row in self.directory.metrics():
             bag = self.directory.trials_directory / f"{row.trial:03d}"
             try:
-                rollouts.append(self._read(bag))
+                rollouts.append(self._read(bag, self._practice_of(len(rollouts)).task))
             except (UnreadableBagError, IncompleteTrialError) as error:
                 kept = self.directory.withdraw(len(rollouts))
                 note = f"the trial of iteration {len(rollouts)} is lost, and is to be done again"
@@ -465,10 +474,14 @@ class Apprenticeship:
 
     def _judge_the_unjudged(self) -> None:
         """Write the rows of trials that were recorded before somebody was killed."""
-        robot, horizon, limits = self._robot, self.task.horizon, self._robot.acceleration_limits
+        robot, limits = self._robot, self._robot.acceleration_limits
         reach = limits * robot.control_period if limits.size else None
         search = self.directory.search_trials(
-            robot.roles, horizon, self.next_index, robot.control_period, reach
+            robot.roles,
+            lambda iteration: self._practice_of(iteration).task.horizon,
+            self.next_index,
+            robot.control_period,
+            reach,
         )
         for bag, error in search.wrong.items():
             self.notes += (self._pass_over(bag, error),)
@@ -490,20 +503,23 @@ class Apprenticeship:
 
     def _take(self, trial: Rollout, bag: Path) -> TrialReport:
         """Judge a trial, write its row and go on from it."""
-        _, margin = weigh(self.task, self._settings, [*self._loop.trials, trial])
+        task, paths = self.task, self._practice.paths
         iteration = self._loop.take(trial)
+        _, margin = weigh(task, self._settings, self._loop.trials, self._loop.tasks)
         row = MetricsRow(
             iteration=iteration.index,
             trial=bag_number(bag),
-            rmse_rad=joint_rmse(self.task, trial, self._robot),
-            mse=judge(self.task, trial).mse,
+            rmse_rad=joint_rmse(task, trial, self._robot),
+            mse=judge(task, trial).mse,
             margin=margin,
             cost=iteration.cost,
-            robot_time_s=(iteration.index + 1) * self.task.horizon * self.task.dt,
+            robot_time_s=sum(own.horizon for own in self._loop.tasks) * task.dt,
             model_s=iteration.model_seconds,
             policy_s=iteration.policy_seconds,
         )
-        row = self._append(row, self._practice.paths.trial(bag))
+        row = self._append(row, paths.trial(bag))
+        if self.task is not task:  # what had been lost has been done
+            self._loop.task, self._loop.best = self.task, None
         notes = [*iteration.notes, *self._keep_best()]
         if iteration.learned:
             notes.append("the margin is within margin_tolerance: learned")

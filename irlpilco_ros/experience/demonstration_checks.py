@@ -71,7 +71,12 @@ def faults(shown: Trajectory, robot: RobotSettings) -> list[str]:
             were read.
         robot: Their limits, and which of them turn without end.
     """
-    return [*_beyond_limits(shown, robot), *_steps(shown, robot), *_pace(shown, robot)]
+    return [*motion_faults(shown, robot), *_pace(shown, robot)]
+
+
+def motion_faults(shown: Trajectory, robot: RobotSettings) -> list[str]:
+    """Return what of the motion a robot cannot do; arguments as `faults`."""
+    return [*_beyond_limits(shown, robot), *_steps(shown, robot)]
 
 
 def _beyond_limits(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:

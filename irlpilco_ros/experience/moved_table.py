@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,7 @@ class MovedRow:
         pieces: Pieces in the pan.
         of_pieces: Pieces that lay there.
         adapt_s: Time that learner/adapt took [s].
+        speed: How many times as fast as it was shown it was done.
     """
 
     place: int
@@ -54,6 +55,7 @@ class MovedRow:
     pieces: int = 0
     of_pieces: int = 0
     adapt_s: float = math.nan
+    speed: float = 1.0
 
     def line(self) -> str:
         """Return it as a readable line."""
@@ -61,7 +63,7 @@ class MovedRow:
             f"{self.place:>5}  {self.x:>6.3f}  {self.y:>6.3f}  {self.turn:>6.3f}  "
             f"{self.trials_there:>6}  {self.path_rmse_rad:>10.4f}  {self.rmse_rad:>11.4f}  "
             f"{self.tool_rmse_m:>9.4f}  {self.predicted_rmse_rad:>15.4f}  "
-            f"{self.pieces:>3} of {self.of_pieces:<3}  {self.adapt_s:>9.1f}"
+            f"{self.pieces:>3} of {self.of_pieces:<3}  {self.adapt_s:>9.1f}  {self.speed:>5.2f}"
         )
 
 
@@ -69,7 +71,7 @@ COLUMNS = tuple(field.name for field in dataclasses.fields(MovedRow))
 
 HEADER = (
     "place   x [m]   y [m]  [rad]   trials  path [rad]  ticks [rad]  tools [m]  "
-    "predicted [rad]  in the pan  adapt [s]"
+    "predicted [rad]  in the pan  adapt [s]  speed"
 )
 """Heading of `MovedRow.line`."""
 
@@ -87,19 +89,39 @@ def write_moved(path: Path, rows: Sequence[MovedRow]) -> None:
     write_atomically(path, stream.getvalue().encode())
 
 
-def read_moves(path: Path) -> list[tuple[float, float, float]]:
-    """Return the places in a YAML file: a list of [x, y, turn], in metres and radians.
+class Move(NamedTuple):
+    """Where the object goes from where it was shown [m, m, rad], and how fast the motion is then.
+
+    The speed is that of the motion, so many times that which was shown.
+    """
+
+    x: float
+    y: float
+    turn: float
+    speed: float = 1.0
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Where the object is."""
+        return self.x, self.y, self.turn
+
+
+def read_moves(path: Path) -> list[Move]:
+    """Return the places in a YAML file: a list of [x, y, turn] or [x, y, turn, speed].
 
     Raises:
         InvalidSettingError: it cannot be read, or holds something else.
     """
-    expected = "expected a list of [x, y, turn], metres and radians from where it was shown"
+    expected = (
+        "expected a list of [x, y, turn], metres and radians from where it was shown, or of "
+        "[x, y, turn, speed]"
+    )
     try:
         found = read_yaml(path)
     except FileError as error:
         raise InvalidSettingError(f"cannot read the places: {error}") from error
     try:
-        moves = [(float(x), float(y), float(turn)) for x, y, turn in found]
+        moves = [Move(*map(float, numbers)) for numbers in found]
     except (TypeError, ValueError) as error:
         raise InvalidSettingError(f"{path} holds no places: {error}; {expected}") from error
     if not moves or not np.isfinite(moves).all():

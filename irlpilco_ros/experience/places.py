@@ -1,8 +1,8 @@
-"""The places at which a run practises: where its object was, and what is imitated there.
+"""The places at which a run practises: where its object was, how fast, and what is imitated there.
 
-Place 0 is where it was shown. RUN/places/NNN.npz holds each other one, in the order in which they
-came: the object's pose, the demonstrations carried over, and the iteration that was the first for
-it. Each lasts until the next begins.
+Place 0 is where it was shown, as fast as it was shown. RUN/places/NNN.npz holds each other one, in
+the order in which they came: the object's pose, the speed, the demonstrations carried over, and the
+iteration that was the first for it. Each lasts until the next begins.
 """
 
 from __future__ import annotations
@@ -34,21 +34,27 @@ SAME = 1e-6
 
 @dataclass(frozen=True)
 class Place:
-    """A place at which a motion is practised.
+    """A place at which a motion is practised, and at which speed.
 
     Attributes:
         first: Iteration that was the first for it.
-        object_pose: Where the object is, in the base frame, (4, 4).
-        shown: The demonstrations, carried over; none if the object is where it was shown.
+        object_pose: Where the object is, in the base frame, (4, 4); None for where it was shown, if
+            nobody told where that is.
+        shown: The demonstrations, carried over; none if they are done where and as they were shown.
+        speed: How many times as fast they are done as they were shown.
     """
 
     first: int
-    object_pose: Array
+    object_pose: Array | None
     shown: tuple[ShownMotion, ...]
+    speed: float = 1.0
 
-    def is_at(self, object_pose: Array) -> bool:
-        """Whether an object in this pose is at this place."""
-        return bool(np.abs(self.object_pose - object_pose).max() <= SAME)
+    def is_at(self, object_pose: Array | None, speed: float) -> bool:
+        """Whether an object in this pose is at this place, and so fast is what is done there."""
+        mine = self.object_pose
+        if speed != self.speed or mine is None or object_pose is None:
+            return speed == self.speed and mine is object_pose
+        return bool(np.abs(mine - object_pose).max() <= SAME)
 
 
 def place_file(folder: Path, number: int) -> Path:
@@ -82,7 +88,7 @@ def iterations_here(folder: Path) -> Callable[[int], bool]:
         number = bisect.bisect_right(starts, iteration)
         if not number:
             return not places[-1].shown
-        return places[-1].is_at(places[number - 1].object_pose)
+        return places[-1].is_at(places[number - 1].object_pose, places[number - 1].speed)
 
     return is_here
 
@@ -95,9 +101,11 @@ def write_place(path: Path, place: Place) -> None:
     """
     arrays: dict[str, np.ndarray] = {
         "first": np.asarray(place.first),
-        "object_pose": place.object_pose,
+        "speed": np.asarray(place.speed),
         "count": np.asarray(len(place.shown)),
     }
+    if place.object_pose is not None:
+        arrays["object_pose"] = place.object_pose
     if place.shown:
         joints = place.shown[0].samples.joint_names
         arrays["joints"] = np.asarray(joints, dtype=np.str_)
@@ -143,7 +151,10 @@ def _place(arrays: np.lib.npyio.NpzFile) -> Place:
         samples = Trajectory(joints, stamps, positions, velocities, nothing)
         rollout = Rollout(arrays[f"states_{number}"], arrays[f"controls_{number}"])
         shown.append(ShownMotion(rollout, samples, None, float(arrays[f"begin_{number}"])))
-    object_pose: Array = arrays["object_pose"]
-    if object_pose.shape != (4, 4) or not np.isfinite(object_pose).all():
+    object_pose = arrays.get("object_pose")
+    if object_pose is not None and (
+        object_pose.shape != (4, 4) or not np.isfinite(object_pose).all()
+    ):
         raise ValueError("it holds no pose")
-    return Place(int(arrays["first"]), object_pose, tuple(shown))
+    speed = float(arrays.get("speed", 1.0))  # it was not told before there were others
+    return Place(int(arrays["first"]), object_pose, tuple(shown), speed)

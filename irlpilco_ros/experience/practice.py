@@ -20,8 +20,8 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.task import Task
 
 
-def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings) -> Task:
-    """Return the learning problem that checked demonstrations pose to a robot."""
+def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings, speed: float = 1.0) -> Task:
+    """Return the learning problem that checked demonstrations, at a speed, pose to a robot."""
     return Task(
         tuple(each.rollout for each in shown),
         robot.control_period,
@@ -31,6 +31,7 @@ def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings) -> Task:
         velocity_noise=robot.velocity_noise,
         layout=robot.roles.layout,
         start_spread=robot.start_spread,
+        speed=speed,
     )
 
 
@@ -39,7 +40,7 @@ class Practice:
     """What is practised at a place.
 
     Attributes:
-        task: The learning problem; the very same object where the object is in the same pose.
+        task: The learning problem; the very same where pose of the object and speed are the same.
         motions: What is imitated.
         paths: What measures trials over their whole path.
         place: Where the object is; None for where it was shown.
@@ -73,9 +74,9 @@ class Practice:
         if not place.shown:
             return cls(others[0].task, others[0].motions, others[0].paths, place)
         for other in others:
-            if other.is_at(place.object_pose):
+            if other.is_at(place.object_pose, place.speed):
                 return cls(other.task, other.motions, other.paths, place)
-        task = task_of_motions(place.shown, robot)
+        task = task_of_motions(place.shown, robot, place.speed)
         paths = PathJudge(directory, robot.roles, place.shown, _seconds(task), carried=True)
         return cls(task, place.shown, paths, place)
 
@@ -84,9 +85,9 @@ class Practice:
         """Iteration that was the first for it."""
         return 0 if self.place is None else self.place.first
 
-    def is_at(self, object_pose: Array) -> bool:
-        """Whether it is known to be where the object is in this pose (4, 4)."""
-        return self.place is not None and self.place.is_at(object_pose)
+    def is_at(self, object_pose: Array | None, speed: float) -> bool:
+        """Whether it is known to be where the object is in this pose (4, 4), and so fast."""
+        return self.place is not None and self.place.is_at(object_pose, speed)
 
 
 def _seconds(task: Task) -> float:

@@ -20,10 +20,11 @@ the files say how far the run has come, and nothing that was recorded is lost.
 from __future__ import annotations
 
 import fcntl
+import functools
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -55,7 +56,7 @@ from irlpilco_ros.experience.policy_file import read_policy_file, write_policy_f
 from irlpilco_ros.experience.private_folder import make_private
 from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.experience.trial_cache import kept_trial
-from irlpilco_ros.experience.trials import TrialSearch, find_trials
+from irlpilco_ros.experience.trials import TrialSearch, find_trials, merged
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.numerics.arrays import Array
@@ -296,7 +297,7 @@ class RunDirectory:
     def search_trials(
         self,
         joints: Joints,
-        horizon: int,
+        horizon: Callable[[int], int],
         since: int = 0,
         period: float | None = None,
         reach: Array | None = None,
@@ -309,7 +310,7 @@ class RunDirectory:
 
         Args:
             joints: Joints of the run, in order.
-            horizon: Control periods of a trial.
+            horizon: Returns the control periods of an iteration's trial.
             since: First iteration to look for; the bags of judged ones before it are not read.
             period: Control period that trials must have [s]; None for any.
             reach: By how much commands may change in it (F,) [rad/s]; None for any.
@@ -318,12 +319,23 @@ class RunDirectory:
         bags = [(number, bag) for number, bag in self.trial_bags() if number not in judged]
         policies = self._policies(since) if bags else {}
 
-        def read(bag: Path) -> tuple[Rollout, Rollout]:
+        def read(bag: Path, steps: int) -> tuple[Rollout, Rollout]:
             path = self.read_path(bag)
-            seen = path.trial(joints, horizon, period)
-            return seen, path.trial(joints, horizon, period, smooth=True)
+            seen = path.trial(joints, steps, period)
+            return seen, path.trial(joints, steps, period, smooth=True)
 
-        return find_trials(bags, policies, joints, read, reach)
+        lengths = dict.fromkeys([horizon(since), *map(horizon, policies)])
+        searches = [
+            find_trials(
+                bags,
+                {k: policy for k, policy in policies.items() if horizon(k) == steps},
+                joints,
+                functools.partial(read, steps=steps),
+                reach,
+            )
+            for steps in lengths
+        ]
+        return merged(searches)
 
     def set_aside(self, bag: Path) -> Path:
         """Rename a trial's bag that cannot be read: nobody learns from it, and its data stay.

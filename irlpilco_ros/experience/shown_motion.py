@@ -23,8 +23,8 @@ from irlpilco_ros.learning.rollout import Rollout
 Window = tuple[float, ...]
 """Empty, or begin and end of what is imitated, since the first sample [s]."""
 
-# Part of a control period that may be left out at the end, or be missing there.
-_ROUNDING = 0.05
+ROUNDING = 0.05
+"""Part of a control period that may be left out at the end, or be missing there."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def _on_ticks(
     ticks = begin + wanted.period * np.arange(horizon + 1.0)
     states = states_at(samples, ticks, wanted.joints)
     left = end - ticks[-1]
-    if left > _ROUNDING * wanted.period:
+    if left > ROUNDING * wanted.period:
         notes = (*notes, f"its last {left:.2f} s, less than a control_period, are left out")
     controls = np.full((horizon, len(wanted.joints.commanded)), np.nan)
     return ShownMotion(Rollout(states, controls), samples, motion, begin, notes)
@@ -244,7 +244,7 @@ def _extent(
     """
     period, periods = wanted.period, (end - begin) / wanted.period
     # All of a motion, for behind it the robot stands; of a window no more than was asked for.
-    needed = int(np.ceil(periods - _ROUNDING) if motion else np.floor(periods + _ROUNDING))
+    needed = int(np.ceil(periods - ROUNDING) if motion else np.floor(periods + ROUNDING))
     if needed < 1:
         raise UnfitDemonstrationError(
             f"its {end - begin:.2f} s are shorter than a control_period, {period:g} s"
@@ -260,9 +260,9 @@ def _extent(
     if needed > wanted.horizon + 1:
         raise refusal
     last = recorded if motion else end
-    if begin + longest > last + (1.0 + _ROUNDING) * period:  # it may be held for a period
+    if begin + longest > last + (1.0 + ROUNDING) * period:  # it may be held for a period
         begin = recorded - longest
-        if motion is None or begin < -_ROUNDING * period:
+        if motion is None or begin < -ROUNDING * period:
             raise refusal
     return max(0.0, begin), wanted.horizon
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -84,6 +84,18 @@ def find_trials(
         if fitting:
             found[min(fitting, key=off.__getitem__)] = RecordedTrial(number, path, rollout)
     return TrialSearch(found, wrong)
+
+
+def merged(searches: Sequence[TrialSearch]) -> TrialSearch:
+    """Return what several searches of the same bags found; a bag is wrong that is so in all."""
+    first, *others = searches
+    trials = {k: trial for search in searches for k, trial in search.trials.items()}
+    wrong = {
+        bag: error
+        for bag, error in first.wrong.items()
+        if all(bag in other.wrong for other in others)
+    }
+    return TrialSearch(trials, wrong)
 
 
 def departure(

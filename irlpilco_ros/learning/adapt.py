@@ -1,8 +1,9 @@
-"""The same motion at another place: a policy from the model that is there, without a trial.
+"""The same motion at another place or speed: a policy from the model as it is, without a trial.
 
 The dynamics belong to the robot and not to the place. What was commanded in a trial elsewhere, plus
 what is shown faster or slower here, is nearly right already (the feed-forward of iterative learning
 control, carried over); from there policy search goes on in the model of all trials of all places.
+At another speed, what was commanded beside what was shown is scaled as the speeds are.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from irlpilco_ros.learning.learn import (
     expected_cost,
     expected_dynamics,
     learn,
+    repeated_part,
     trials_of,
     weigh,
 )
@@ -30,6 +32,7 @@ from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.squashing import unsquash
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
+from irlpilco_ros.learning.pace import at_moments_of, ways_at_pace_of
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.trial_data import condition_on_trials
@@ -61,7 +64,7 @@ def adapt(
         task: The motion, carried over.
         settings: How to learn.
         trials: Every trial so far, in the order they were made.
-        tasks: What each was a trial of; of the same size as this task.
+        tasks: What each was a trial of: the same motion elsewhere, or at another speed.
         last: The last iteration, for its gains and the model's hyperparameters; None if there was
             none.
         progress: As for `learn`.
@@ -78,7 +81,7 @@ def adapt(
         return Iteration(0, initial_policy(task, settings))
     if last is None or not last.hyperparameters.log_signal.size:
         return learn(task, settings, trials, None, progress, None, tasks)
-    check_trials(task, trials)
+    check_trials(task, trials, tasks)
     settings = with_known_history(task, settings, trials)
     start = carried_policy(task, settings, trials, tasks, last.policy)
     if start is None:
@@ -89,7 +92,7 @@ def adapt(
     here, began = trials_of(task, trials, tasks), time.perf_counter()
     task = task.remembering(settings.command_history)
     with one_blas_thread():
-        model = _model(task, settings, trials, last.hyperparameters)
+        model = _model(task, settings, trials, tasks, last.hyperparameters)
         modelled = time.perf_counter()
         objective = expected_cost(task, settings, model, here, weighed[0])
         found = search_policy(
@@ -119,22 +122,24 @@ def carried_policy(
 ) -> Policy | None:
     """Return a policy's gains about this task, with the feed-forward of the nearest trial.
 
-    Nearest is the place whose shown joint positions are; of its trials the best counts. What was
-    commanded there is changed by as much as the shown speeds are others here. None if this kind of
-    policy has no gains that could be kept.
+    Nearest is the place whose shown joint positions are, moment by moment; of its trials the best
+    counts. What was commanded there is changed by as much as the shown speeds are others here. None
+    if this kind of policy has no gains that could be kept.
     """
     size, reference = task.state_size // 2, task.reference_states()
 
     def distance(number: int) -> float:
-        return float(np.abs(tasks[number].reference_states() - reference)[:, :size].max())
+        other = at_moments_of(task, tasks[number], tasks[number].reference_states())
+        return float(np.abs(other - reference)[:, :size].max())
 
     numbers = range(len(trials))
     nearest = min(map(distance, numbers))
     near = [number for number in numbers if distance(number) <= nearest]
     best = min(near, key=lambda number: trial_error(tasks[number], trials[number]))
     limit = policy_limit(task, settings)
-    faster = task.demonstrated_controls() - tasks[best].demonstrated_controls()
-    controls = np.clip(trials[best].controls + faster, -limit, limit)
+    shown = tasks[best].demonstrated_controls()
+    beside = ways_at_pace_of(task, tasks[best], trials[best].controls - shown)
+    controls = np.clip(task.demonstrated_controls() + beside, -limit, limit)
     layout = task.remembering(settings.command_history).state_layout
     states = layout.policy_view(layout.whole_states(reference, controls)[:-1])
     return policy.along(states, unsquash(controls, limit), limit)
@@ -144,6 +149,7 @@ def _model(
     task: Task,
     settings: LearningSettings,
     trials: Sequence[Rollout],
+    tasks: Sequence[Task],
     hyperparameters: Hyperparameters,
 ) -> DynamicsModel:
     prior, linear = expected_dynamics(task, settings)
@@ -157,7 +163,7 @@ def _model(
         prior,
         settings.threads,
         linear,
-        known.log_repeated is not None,
+        None if known.log_repeated is None else repeated_part(task, trials, tasks),
         settings.model_points,
     )
 

@@ -42,7 +42,7 @@ def with_known_history(
     """
     if settings.command_history != CHOSEN:
         return settings
-    longest = min(_LARGEST, task.horizon // 4)
+    longest = min(_LARGEST, trials[0].steps // 4)
     found = [_evidence(task, trials[0], history) for history in range(longest + 1)]
     return dataclasses.replace(settings, command_history=int(np.argmax(found)))
 

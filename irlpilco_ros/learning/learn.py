@@ -16,6 +16,7 @@ from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
 from irlpilco_ros.learning.gp.linear_part import LinearPart
+from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
 from irlpilco_ros.learning.imitation import Imitation
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import cost_of_trial
@@ -25,11 +26,12 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.moments.moment_matching import CovarianceApproximation
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
+from irlpilco_ros.learning.pace import at_moments_of
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.prior_mean import servo_part, velocity_mean
-from irlpilco_ros.learning.prediction.trial_data import train_on_trials
+from irlpilco_ros.learning.prediction.trial_data import train_on_trials, what_repeats
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
@@ -64,13 +66,14 @@ def learn(
         best: The iteration whose trial was the best so far, to start again from its policy if the
             search comes out much worse than before; None for the one before.
         tasks: What each trial was a trial of, if not all of this very task: the same motion at
-            other places. All of them tell of the robot, and by their deviations of the weights.
+            other places, or at other speeds. All of them tell of the robot, and by their
+            deviations of the weights.
 
     Raises:
         InvalidSettingError: if there is no trial, or one that does not fit the task.
         NumericalError: if no finite prediction can be made.
     """
-    check_trials(task, trials)
+    check_trials(task, trials, tasks)
     settings = with_known_history(task, settings, trials)
     here = trials_of(task, trials, tasks)
     weighed = weigh(task, settings, trials, tasks)
@@ -81,7 +84,7 @@ def learn(
     with one_blas_thread():
         weights, margin = weighed
         began = time.perf_counter()
-        model = _train_model(task, settings, trials, previous, report)
+        model = _train_model(task, settings, trials, tasks, previous, report)
         trained = time.perf_counter()
         objective = expected_cost(task, settings, model, here, weights)
         found, notes = search_twice_if_needed(
@@ -129,12 +132,18 @@ def weigh(
         return np.empty(0), math.nan
     way = _way(settings, settings.imitation)
     deviations = [
-        way.deviation((own.feature_map.of(trial.states) - own.reference_features()) / own.scale)
+        way.deviation(_differences(task, own, trial))
         for own, trial in zip(tasks or [task] * len(trials), trials, strict=True)
     ]
     weights, margin = WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
     lifted = np.maximum(weights, settings.weight_floor * weights.max())
     return lifted / np.linalg.norm(lifted), margin
+
+
+def _differences(task: Task, own: Task, trial: Rollout) -> Array:
+    """Return what a trial's features were off, by their typical size, at the task's moments."""
+    off = (own.feature_map.of(trial.states) - own.reference_features()) / own.scale
+    return at_moments_of(task, own, off)
 
 
 def expected_cost(
@@ -208,6 +217,7 @@ def _train_model(
     task: Task,
     settings: LearningSettings,
     trials: Sequence[Rollout],
+    tasks: Sequence[Task] | None,
     previous: Iteration | None,
     report: _Reporter,
 ) -> DynamicsModel:
@@ -221,9 +231,17 @@ def _train_model(
         report.model,
         cast(HyperpriorName, settings.hyperprior),
         linear,
-        settings.repeating_errors,
+        repeated_part(task, trials, tasks) if settings.repeating_errors else None,
         settings.model_points,
     )
+
+
+def repeated_part(
+    task: Task, trials: Sequence[Rollout], tasks: Sequence[Task] | None
+) -> RepeatedPart:
+    """Return what repeats at the same step of the trials; arguments as `learn`."""
+    speeds = [own.speed for own in tasks or [task] * len(trials)]
+    return what_repeats(trials, speeds, task.speed, task.horizon)
 
 
 def _starting_policies(
@@ -292,23 +310,24 @@ def _search(
     return found
 
 
-def check_trials(task: Task, trials: Sequence[Rollout]) -> None:
-    """Check that there are trials, and that they are of the task's size.
+def check_trials(
+    task: Task, trials: Sequence[Rollout], tasks: Sequence[Task] | None = None
+) -> None:
+    """Check that there are trials, and that each is of the size of what it was a trial of.
+
+    Arguments are those of `learn`.
 
     Raises:
         InvalidSettingError: says what is wrong with which.
     """
     if not trials:
         raise InvalidSettingError("learning needs at least one trial; record one first")
-    for number, trial in enumerate(trials):
-        wanted = (task.horizon, task.control_size)
-        if trial.states.shape != (task.horizon + 1, task.state_size) or (
-            trial.controls.shape != wanted
-        ):
+    for number, (trial, own) in enumerate(zip(trials, tasks or [task] * len(trials), strict=True)):
+        wanted = (own.horizon + 1, task.state_size), (own.horizon, task.control_size)
+        if (trial.states.shape, trial.controls.shape) != wanted:
             raise InvalidSettingError(
                 f"trial {number} has states {trial.states.shape} and controls "
-                f"{trial.controls.shape}; the task needs {(task.horizon + 1, task.state_size)} "
-                f"and {wanted}"
+                f"{trial.controls.shape}; the task needs {wanted[0]} and {wanted[1]}"
             )
         if not trial.commanded:
             raise InvalidSettingError(

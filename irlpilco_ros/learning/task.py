@@ -38,6 +38,8 @@ class Task:
         cost: What a predicted trajectory costs (PILCO); None to imitate.
         start: State at the start of a trial, where it is known; None for where trials did start.
         horizon: Number of control periods H of every trial; 0 for that of the demonstrations.
+        speed: How many times as fast the demonstrations are as they were shown: of two tasks that
+            are the same motion, it tells which moment of one is which of the other.
 
     Raises:
         InvalidSettingError: something is missing, out of its range or of another size.
@@ -55,6 +57,7 @@ class Task:
     cost: Cost | None = None
     start: Gaussian | None = None
     horizon: int = 0
+    speed: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "demonstrations", tuple(self.demonstrations))
@@ -71,6 +74,8 @@ class Task:
             object.__setattr__(self, "features", JointPositions(self.state_size // 2))
         if not (np.isfinite(self.dt) and self.dt > 0.0):
             raise InvalidSettingError(f"dt is {self.dt} s; expected a positive number")
+        if not (np.isfinite(self.speed) and self.speed > 0.0):
+            raise InvalidSettingError(f"speed is {self.speed}; expected a positive number")
         self._check_limit()
         if not (self.position_noise > 0.0 and self.velocity_noise > 0.0):
             raise InvalidSettingError(

@@ -253,7 +253,7 @@ class Learner(SuiteNode):
         return await self._serve(response, "learning", "the last iteration", self._iterate)
 
     async def _adapt(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Carry the run over to where the object is now."""
+        """Carry the run over to where the object is now, and to the speed that is set."""
         return await self._serve(response, "adapting", "adapting", self._carry_over)
 
     async def _cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -316,23 +316,26 @@ class Learner(SuiteNode):
     async def _carry_over(self) -> str:
         """Find a policy for where the object is now, and hand it over; return a line about it.
 
+        Where nobody tells that, it is where the run is for, and another speed is to be found.
+
         Raises:
-            BagError: nobody has told where the object is.
+            BagError: nobody has told where the object is, and the speed is that of the run.
             IrlPilcoError: the motion cannot be done there, or the controller refuses.
         """
         self._say("open run")
         seen = await self._first_seen()
-        if seen is None:
+        run = await self._compute(self._open)
+        if seen is None and self._accepted.speed == run.speed:
             raise BagError(
                 f"where the object is now is not known: no pose came on {self._objects.topic_name}"
                 f"{'; ' + self._objects.fault if self._objects.fault else ''}; publish it, or set "
                 "the learner's parameter object_pose"
             )
-        run = await self._compute(self._open)
-        now, adapter = mean_pose(seen), self._adapter
+        where = None if seen is None else _always(mean_pose(seen))
+        adapter = self._adapter
         self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
         adapted, sentence = await self._compute(
-            lambda: adapter.adapt(run, lambda before: now, self._take_progress)
+            lambda: adapter.adapt(run, where, self._take_progress)
         )
         if adapted.plan.iteration.index > 0:
             self._publish_prediction(adapted.plan)
@@ -435,6 +438,11 @@ class Learner(SuiteNode):
         progress = self._progress
         self._progress_publisher.publish(progress.to_message(self.get_clock().now().to_msg()))
         self._numbers.publish(progress, self._error)
+
+
+def _always(now: Array) -> Callable[[Array], Array]:
+    """Return what tells where the object is now, wherever it was."""
+    return lambda before: now
 
 
 def main() -> int:

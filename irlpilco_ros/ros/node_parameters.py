@@ -65,6 +65,7 @@ NODE_PARAMETERS = (
     "screening_evaluations",
     "seed",
     "sensor_noise",
+    "speed",
     "speed_factor",
     "stall_timeout",
     "start_position",

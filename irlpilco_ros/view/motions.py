@@ -160,8 +160,7 @@ class _RunReader:
         number = self._place_of(row.iteration or 0)
         place = AS_SHOWN
         if number:
-            x, y = self._places[number - 1].object_pose[:2, 3]
-            place = f"place {number}: object at {x:.3f}, {y:.3f} m"
+            place = f"place {number}: {_where(self._places[number - 1])}"
         bag = self._run.trials_directory / f"{row.trial:03d}"
         return Entry(_name(row), place, cache(lambda: self._read(bag, number, row.iteration)))
 
@@ -178,7 +177,8 @@ class _RunReader:
     def _read(self, bag: Path, place: int, iteration: int | None) -> Course:
         path = course_of_trial(self._run.read_path(bag), self._joints)
         if path is None:  # the states at the decisions are all that was recorded
-            states = self._run.read_trial(bag, self._joints, self._shown.rollout.steps).states
+            shown = self._places[place - 1].shown[0] if place else self._shown
+            states = self._run.read_trial(bag, self._joints, shown.rollout.steps).states
             path = self._at_decisions(states)
         reference = self._wanted(place)
         columns = [
@@ -213,6 +213,17 @@ class _RunReader:
         count = len(self._joints.names)
         times = self._period * np.arange(len(states), dtype=float)
         return MotionPath(times, states[:, :count], states[:, count:])
+
+
+def _where(place: Place) -> str:
+    """Say where the object is at a place, and how fast the motion is done there."""
+    words = []
+    if place.object_pose is not None:
+        x, y = place.object_pose[:2, 3]
+        words.append(f"object at {x:.3f}, {y:.3f} m")
+    if place.speed != 1.0:
+        words.append(f"{place.speed:g} times as fast as shown")
+    return ", ".join(words)
 
 
 def _name(row: MetricsRow) -> str:

@@ -107,7 +107,7 @@ def is_gone(pid):
 
 def test_it_demonstrates_replays_learns_goes_elsewhere_and_stops_its_nodes(demo, tmp_path):
     places = tmp_path / "places.yaml"
-    places.write_text("- [0.05, -0.03, 0.2]\n- [0.6, 0.0, 0.0]\n")
+    places.write_text("- [0.05, -0.03, 0.2, 1.25]\n- [0.6, 0.0, 0.0]\n")
     shown = demo("--iterations", "1", "--seed", "4", "--moved", str(places))
     shown.wait_for_text("learning: ")
     nodes = shown.children()
@@ -140,6 +140,10 @@ def test_it_demonstrates_replays_learns_goes_elsewhere_and_stops_its_nodes(demo,
     with (shown.run.path / "moved.csv").open() as file:
         there, refused = csv.DictReader(file)
     assert [there["place"], there["turn"], there["trials_there"]] == ["1", "0.2", "0"]
+    assert [there["speed"], refused["speed"]] == ["1.25", "1.0"]
+    # The way of 32 decisions takes 26 of them, and the robot's time counts what was done.
+    seconds = [row.robot_time_s for row in shown.run.metrics()]
+    assert seconds[2] - seconds[1] == pytest.approx(26 / 32 * seconds[0])
     elsewhere = shown.run.metrics()[2]
     assert float(there["path_rmse_rad"]) == elsewhere.path_rmse_rad < 0.05
     assert 0.0 < float(there["tool_rmse_m"]) < 0.05

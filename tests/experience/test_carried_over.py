@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from planar_arm import planar, planar_hand
 
-from irlpilco_ros.experience.carried_over import carried_over
+from irlpilco_ros.experience.carried_over import carried_over, retimed
 from irlpilco_ros.experience.demonstration_checks import wanted_by
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.shown_motion import ShownMotion, shown_motion
@@ -116,6 +116,55 @@ def test_too_fast_is_refused(changed, words):
         carried_over(
             shown(), move_by(-0.05, 0.04, 0.2), CARRIER, dataclasses.replace(ROBOT, **changed)
         )
+
+
+@pytest.mark.parametrize("rate", [100.0, 20.0])
+@pytest.mark.parametrize(("speed", "steps"), [(0.5, 14), (0.8, 9), (1.3, 6), (1.5, 5)])
+def test_at_another_speed_it_goes_the_same_way_in_other_times(rate, speed, steps):
+    motion = shown(rate, NOISE)
+    assert motion.rollout.steps == 7
+    fast = retimed(motion, ROBOT, speed)
+    assert fast.rollout.steps == steps
+    assert fast.samples.cadence == pytest.approx(1.0 / rate / speed)
+    ticks = motion.begin - 0.5 + 0.25 * speed * np.arange(steps + 1)
+    positions, velocities = way(ticks)
+    np.testing.assert_allclose(fast.rollout.states[:, :3], positions, atol=2e-3)
+    np.testing.assert_allclose(fast.rollout.states[:, 3:], speed * velocities, atol=0.07)
+    moved = carried_over(motion, np.eye(4), CARRIER, ROBOT, speed)
+    np.testing.assert_allclose(moved.rollout.states, fast.rollout.states, atol=1e-4)
+    as_shown = retimed(motion, ROBOT, 1.0)
+    np.testing.assert_array_equal(as_shown.rollout.states, motion.rollout.states)
+
+
+def test_where_a_recording_ends_before_the_last_period_does_the_robot_stands():
+    motion = shown()
+    times = motion.samples.stamps - motion.samples.stamps[0] - motion.begin
+    kept = dataclasses.replace(
+        motion.samples,
+        **{
+            name: getattr(motion.samples, name)[times <= 1.75]
+            for name in ("stamps", "positions", "velocities", "commands")
+        },
+    )
+    fast = retimed(dataclasses.replace(motion, samples=kept), ROBOT, 1.3)
+    assert fast.rollout.steps == 6  # 1.5 s for what takes 1.35 s
+    end = kept.positions[-1]
+    np.testing.assert_allclose(fast.rollout.states[-1, :3], end, atol=1e-9)
+    np.testing.assert_array_equal(fast.rollout.states[-1, 3:], 0.0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"velocity_limit": (0.5, 0.5, 0.5)}, r"its limit is 0\.5; that is at speed 1\.5"),
+        ({"acceleration_limit": (1.6, 1.6, 1.6)}, r"acceleration_limit is 1\.6; that is at speed"),
+    ],
+)
+def test_a_speed_that_a_joint_cannot_do_is_refused(changed, words):
+    robot = dataclasses.replace(ROBOT, **changed)
+    retimed(shown(), robot, 1.0)
+    with pytest.raises(UnreachableError, match=words):
+        retimed(shown(), robot, 1.5)
 
 
 def test_out_of_reach_is_refused():

@@ -34,7 +34,7 @@ def test_the_columns_are_those_of_the_issue_and_numbers_come_back(tmp_path):
     assert list(table[0]) == list(COLUMNS)
     assert ",".join(COLUMNS) == (
         "place,x,y,turn,trials_there,rmse_rad,path_rmse_rad,tool_rmse_m,predicted_rmse_rad,"
-        "pieces,of_pieces,adapt_s"
+        "pieces,of_pieces,adapt_s,speed"
     )
     assert float(table[0]["path_rmse_rad"]) == 0.0045
     assert math.isnan(float(table[1]["path_rmse_rad"]))
@@ -44,7 +44,12 @@ def test_the_columns_are_those_of_the_issue_and_numbers_come_back(tmp_path):
 def test_places_are_read_from_a_list(tmp_path):
     assert len(read_moves(config_file("places.yaml"))) == 4
     path = tmp_path / "places.yaml"
-    for text in ("", "[]", "a: 1", "- [1, 2]", "- [1, 2, x]", "- [.nan, 0, 0]", "[1, 2, 3]"):
+    path.write_text("- [0.1, -0.2, 0.3]\n- [0, 0, 0, 1.25]\n")
+    slow, fast = read_moves(path)
+    assert (slow.place, slow.speed) == ((0.1, -0.2, 0.3), 1.0)
+    assert (fast.place, fast.speed) == ((0.0, 0.0, 0.0), 1.25)
+    wrong = ("", "[]", "a: 1", "- [1, 2]", "- [1, 2, x]", "- [.nan, 0, 0]", "[1, 2, 3]")
+    for text in (*wrong, "- [0, 0, 0, 1, 1]"):
         path.write_text(text)
         with pytest.raises(InvalidSettingError, match=r"list of \[x, y, turn\]"):
             read_moves(path)

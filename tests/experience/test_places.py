@@ -11,6 +11,7 @@ import pytest
 from practising_arm import (
     HORIZON,
     OBJECT,
+    PERIOD,
     ROBOT,
     SETTINGS,
     practise,
@@ -22,7 +23,7 @@ from practising_arm import (
 
 from irlpilco_ros.cli import main
 from irlpilco_ros.commands.object_place import adapter_of, moved_to
-from irlpilco_ros.experience.adapting import Adapter
+from irlpilco_ros.experience.adapting import Adapter, AdaptSettings
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.best_trial import best_sentence, rows_here
 from irlpilco_ros.experience.errors import BagError, RunDirectoryError
@@ -36,7 +37,7 @@ from irlpilco_ros.experience.object_pose import (
 from irlpilco_ros.experience.places import read_places
 from irlpilco_ros.kinematics.errors import RobotDescriptionError, UnreachableError
 from irlpilco_ros.kinematics.rigid_motion import pose
-from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 from irlpilco_ros.learning.settings import values_of
 
 PLACE = (-0.05, 0.04, 0.2)
@@ -52,6 +53,7 @@ def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     practise(run, 3)
     run.close()
+    shutil.copytree(folder / "run" / "trials" / "001", folder / "saved")
     return folder
 
 
@@ -61,8 +63,8 @@ def folder(begun: Path, tmp_path: Path) -> Path:
     return tmp_path / "copy"
 
 
-def adapter(folder: Path, limit: float = 0.02) -> Adapter:
-    return adapter_of(folder / "arm.yaml", values_of(ROBOT), limit)
+def adapter(folder: Path, limit: float = 0.02, speed: float = 1.0) -> Adapter:
+    return adapter_of(folder / "arm.yaml", values_of(ROBOT), AdaptSettings(limit, speed))
 
 
 def opened(folder: Path) -> Apprenticeship:
@@ -233,6 +235,106 @@ def test_without_tools_or_a_known_object_it_says_what_is_missing(folder, tmp_pat
         dataclasses.replace(known.objects, object_pose=(0.5, 0.4))
 
 
+def blind(folder: Path, speed: float) -> Adapter:
+    """Return what adapts a robot of which nobody knows where its tools are."""
+    known = adapter(folder, speed=speed)
+    return dataclasses.replace(known, tools=dataclasses.replace(known.tools, urdf=""))
+
+
+@pytest.mark.parametrize(("speed", "horizon"), [(1.25, 7), (0.75, 11)])
+def test_another_speed_needs_neither_tools_nor_an_object(folder, speed, horizon):
+    run = opened(folder)
+    shown, seconds = run.task, run.directory.metrics()[-1].robot_time_s
+    adapted, sentence = blind(folder, speed).adapt(run, None)
+    assert f"place 1, where it was shown, at {speed:g} times the shown speed" in sentence
+    assert (run.speed, run.task.horizon) == (speed, horizon)
+    assert adapted.plan.parameters["trial_horizon"] == horizon
+    assert run.object_pose is None
+    errors = practise(run, 2)
+    assert errors[0] < 0.02
+    rows = run.directory.metrics()
+    assert rows[3].path_rmse_rad < 0.02  # against what was shown, at that speed
+    assert rows[3].robot_time_s == pytest.approx(seconds + horizon * PERIOD)
+    run.prepare()
+    run.close()
+    assert [place.speed for place in read_places(folder / "run" / "places")] == [speed]
+
+    again = opened(folder)
+    assert (again.next_index, again.speed) == (5, speed)
+    assert [row.iteration for row in rows_here(again.directory)] == [3, 4]
+    assert again.prepare().parameters["trial_horizon"] == horizon
+    # And back at the speed that was shown: the demonstration itself, and its trials are the best.
+    blind(folder, 1.0).adapt(again, None)
+    assert again.task is not shown
+    assert again.task.horizon == HORIZON
+    assert practise(again, 1)[0] < 0.02
+    assert [row.iteration for row in rows_here(again.directory)] == [0, 1, 2, 5]
+    again.close()
+    opened(folder).close()
+
+
+def test_place_and_speed_go_together_and_stay_until_they_are_changed(folder):
+    run = opened(folder)
+    adapter(folder, speed=1.25).adapt(run, moved_to(PLACE))
+    fast = run.task
+    assert practise(run, 1)[0] < 0.02
+    adapter(folder).adapt(run, None)  # the same place, as fast as it was shown
+    assert (run.speed, run.task.horizon) == (1.0, HORIZON)
+    np.testing.assert_allclose(
+        run.task.reference_states()[0, :3], fast.reference_states()[0, :3], atol=1e-3
+    )
+    assert best_sentence(run.directory).startswith("best: no trial has been judged yet")
+    adapter(folder, speed=1.25).adapt(run, None)
+    assert run.task is fast
+    run.close()
+    again = opened(folder)
+    assert again._practices[3].task is again._practices[1].task
+    assert again._practices[2].task is not again._practices[1].task
+    again.close()
+
+
+def test_trials_of_two_speeds_that_were_made_and_not_judged_are_found_again(folder):
+    run = opened(folder)
+    lost = run.prepare()
+    record_trial(lost, run.directory.trials_directory)  # 003, as shown; never judged
+    run.close()
+    run = opened(folder)
+    adapted, _ = blind(folder, 1.25).adapt(run, None)
+    record_trial(adapted.plan, run.directory.trials_directory)
+    run.close()
+    shutil.rmtree(folder / "run" / "trials" / "001")
+    again = opened(folder)  # from iteration 1 on all is judged anew, once that has been done
+    assert again.next_index == 1
+    assert any("is lost" in note for note in again.notes)
+    again.close()
+    shutil.copytree(folder / "saved", folder / "run" / "trials" / "007")
+    whole = opened(folder)
+    assert whole.next_index == 5
+    rows = whole.directory.metrics()
+    assert [row.iteration for row in rows] == [0, 1, 2, 3, 4]
+    assert rows[4].rmse_rad < 0.02
+    whole.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"command_interface": "effort", "effort_limit": (1.0,) * 3}, "set speed to 1"),
+        ({"velocity_limit": (0.4,) * 3}, "that is at speed 1.25; a lower one may do"),
+    ],
+)
+def test_a_speed_that_cannot_be_is_refused_and_leaves_everything_as_it_was(folder, change, words):
+    before, run = files(folder), opened(folder)
+    robot = dataclasses.replace(ROBOT, **change)
+    run._robot = robot
+    with pytest.raises(IrlPilcoError, match=words):
+        dataclasses.replace(adapter(folder, speed=1.25), robot=robot).adapt(run, None)
+    run.close()
+    assert files(folder) == before
+    with pytest.raises(InvalidSettingError, match=r"speed is 1\.6"):
+        AdaptSettings(speed=1.6)
+
+
 def test_a_damaged_place_is_named(folder):
     run = opened(folder)
     adapter(folder).adapt(run, moved_to(PLACE))
@@ -253,6 +355,11 @@ def test_the_command_line_adapts_a_run(folder, capsys):
     assert len(read_places(folder / "run" / "places")) == 1
     assert main(["adapt", str(folder / "run"), "--object-pose", "0.5", "0", "0", *robot]) == 1
     assert "out of reach" in capsys.readouterr().err
+    assert main(["adapt", str(folder / "run"), "--speed", "1.25", *robot]) == 0
+    assert "0.200 rad, at 1.25 times the shown speed" in capsys.readouterr().out
+    assert read_places(folder / "run" / "places")[-1].speed == 1.25
+    assert main(["adapt", str(folder / "run"), *robot]) == 1
+    assert "give --object-pose, --speed or both" in capsys.readouterr().err
 
 
 def test_poses_on_the_wire_and_in_a_bag(begun):

@@ -59,7 +59,7 @@ def test_a_new_run_has_its_configuration_and_a_copy_of_the_demonstration(run, sh
     assert (run.demonstration_directory / "metadata.yaml").exists()
     assert run.iterations() == ()
     assert run.metrics() == ()
-    assert run.search_trials(Joints(JOINTS), 16).trials == {}
+    assert run.search_trials(Joints(JOINTS), lambda _: 16).trials == {}
 
 
 def test_the_same_again_goes_on(run, shown):
@@ -179,7 +179,7 @@ def test_trials_are_found_by_what_the_robot_did(run):
     (trials / "004").mkdir()  # killed before the first byte
     write_trajectory(trials, trial(policy=policy(1), seed=13))  # 005
     write_trajectory(trials, trial(seed=14))  # 006: nobody's
-    found = run.search_trials(Joints(JOINTS), 16).trials
+    found = run.search_trials(Joints(JOINTS), lambda _: 16).trials
     assert {k: each.number for k, each in found.items()} == {0: 0, 1: 5}
     assert found[1].path == trials / "005"
     np.testing.assert_array_equal(
@@ -192,17 +192,15 @@ def test_equal_policies_of_two_iterations_take_one_trial_each(run):
         run.write_policy(k, policy(7), Joints(JOINTS))
     for seed in (1, 2, 3):
         write_trajectory(run.trials_directory, trial(policy=policy(7), seed=seed))
-    assert {k: each.number for k, each in run.search_trials(Joints(JOINTS), 16).trials.items()} == {
-        0: 0,
-        1: 1,
-    }
+    found = run.search_trials(Joints(JOINTS), lambda _: 16).trials
+    assert {k: each.number for k, each in found.items()} == {0: 0, 1: 1}
 
 
 def test_a_command_that_is_off_by_a_little_is_another_policys(run):
     run.write_policy(0, policy(0), Joints(JOINTS))
     nearly = policy(0).with_parameters(policy(0).parameters + 1e-7)
     write_trajectory(run.trials_directory, trial(policy=nearly))
-    assert run.search_trials(Joints(JOINTS), 16).trials == {}
+    assert run.search_trials(Joints(JOINTS), lambda _: 16).trials == {}
 
 
 def test_an_iteration_comes_back_with_its_policy(run):

@@ -54,7 +54,7 @@ class Robot:
     def run(self, policy, task: Task = HERE) -> Rollout:
         self.trials += 1
         robot, start = LaggingJoints(self.trials), task.reference_states()[0]
-        return robot.run(Remembering(policy), start)  # type: ignore[arg-type]
+        return robot.run(Remembering(policy), start, task.horizon)  # type: ignore[arg-type]
 
 
 class Remembering:
@@ -225,6 +225,70 @@ def test_a_start_is_where_trials_of_the_place_began(practised):
 
 def test_a_task_of_another_size_is_refused(practised):
     trials, last = practised
-    longer = Task((toy_demonstration(horizon=HORIZON + 2),), DT, np.full(JOINTS, 2.0))
-    with pytest.raises(InvalidSettingError):
-        adapt(longer, SETTINGS, trials, [HERE] * 3, last)
+    states = np.zeros((HORIZON + 1, 6))
+    wider = Task((Rollout(states, np.full((HORIZON, 3), np.nan)),), DT, np.full(3, 2.0))
+    with pytest.raises(InvalidSettingError, match="trial 0 has states"):
+        adapt(wider, SETTINGS, trials, [HERE] * 3, last)
+    with pytest.raises(InvalidSettingError, match="trial 0 has states"):
+        adapt(at_speed(0.75), SETTINGS, trials, [at_speed(0.75)] * 3, last)
+
+
+def at_speed(speed: float) -> Task:
+    """Return the demonstration at another speed: the same positions at other times."""
+    t = np.arange(HORIZON / speed + 1.0) * speed / HORIZON
+    positions = np.stack([0.4 * np.sin(np.pi * t), 0.3 - 0.3 * np.cos(2 * np.pi * t)], axis=1)
+    states = np.hstack([positions, np.gradient(positions, DT, axis=0)])
+    states[0, JOINTS:] = 0.0
+    nobody = np.full((len(t) - 1, JOINTS), np.nan)
+    return Task((Rollout(states, nobody),), DT, HERE.control_limit, speed=speed)
+
+
+@pytest.mark.parametrize("speed", [0.75, 1.5])
+def test_at_another_speed_it_is_good_at_once_and_better_after_a_trial(practised, speed):
+    trials, last = practised
+    task, robot = at_speed(speed), Robot(20)
+    assert task.horizon != HORIZON
+    loop = LearningLoop(HERE, SETTINGS, trials, last)
+    moved = loop.move(task)
+    assert moved.predicted_means.shape == (task.horizon + 1, 2 * JOINTS)
+    assert moved.policy.to_arrays()["horizon"] == task.horizon
+    errors = []
+    for _ in range(3):
+        iteration = loop.take(robot.run(loop.propose().policy, task))
+        errors.append(judge(task, iteration.trial).rmse)
+    replayed = judge(task, Robot(20).run(open_loop_policy(task), task)).rmse
+    assert errors[0] < 0.35 * replayed
+    assert errors[2] < max(0.6 * errors[0], 0.01)
+    # All trials are in one model, and back at the shown speed it knows what it knew.
+    back = loop.move(HERE)
+    assert (back.index, len(loop.trials)) == (6, 6)
+    off = judge(HERE, robot.run(back.policy)).rmse
+    assert off < 2.0 * judge(HERE, trials[-1]).rmse + 2e-3
+
+
+def test_what_was_commanded_beside_what_was_shown_scales_with_the_speed(practised):
+    trials, last = practised
+    task = at_speed(1.5)
+    gain = 1.3
+    driven = dataclasses.replace(trials[0], controls=gain * HERE.demonstrated_controls())
+    policy = carried_policy(task, SETTINGS, [driven], [HERE], last.policy)
+    layout = task.remembering(1).state_layout
+    wanted = gain * task.demonstrated_controls()
+    states = layout.whole_states(task.reference_states(), wanted)
+    commanded = [policy.act(state, step) for step, state in enumerate(states[:-1])]
+    np.testing.assert_allclose(np.sum(commanded, axis=0), wanted.sum(axis=0), atol=0.1)
+    np.testing.assert_allclose(commanded, wanted, atol=0.3)
+
+
+def test_trials_at_another_speed_are_weighed_at_the_same_moments(practised):
+    trials, _ = practised
+    task = at_speed(1.5)
+    there = Rollout(
+        np.stack([np.interp(1.5 * np.arange(5), np.arange(7), c) for c in trials[0].states.T], 1),
+        trials[0].controls[:4],
+    )
+    alone, _ = weigh(HERE, SETTINGS, trials[:1])
+    found, _ = weigh(HERE, SETTINGS, [there], [task])
+    np.testing.assert_allclose(found, alone, atol=0.2)
+    both, _ = weigh(task, SETTINGS, [trials[0], there], [HERE, task])
+    assert both.shape == (HERE.feature_map.size,)

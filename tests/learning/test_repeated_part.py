@@ -15,6 +15,7 @@ from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
 from irlpilco_ros.learning.iteration import Iteration
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.prediction.trial_data import what_repeats
 
 
 def test_predictions_are_those_of_one_kernel_with_all_parts():
@@ -62,6 +63,21 @@ def test_what_was_seen_often_is_less_uncertain():
     )
     assert often.mean.item() - rare.mean.item() > 0.5
     assert 0.0 < often.covariance.item() < rare.covariance.item()
+
+
+def test_what_repeats_at_one_speed_is_not_what_repeats_at_another():
+    def trial(steps):
+        return Rollout(np.zeros((steps + 1, 4)), np.zeros((steps, 2)))
+
+    made = [trial(4), trial(6), trial(4)]
+    part = what_repeats(made, [1.0, 0.7, 1.0], 1.0, 4)
+    assert part.horizon == 10
+    expected = [*range(4), *range(4, 10), *range(4)]
+    np.testing.assert_array_equal(part.steps, expected)
+    # Before the first trial at a speed nothing is known of its steps, and they come first.
+    part = what_repeats(made, [1.0, 0.7, 1.0], 1.3, 3)
+    assert part.horizon == 13
+    np.testing.assert_array_equal(part.steps, np.add(expected, 3))
 
 
 def trials(push):

@@ -171,6 +171,22 @@ def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
     assert "moved by (-0.030, 0.010) m and 0.050 rad" in answer.message
 
 
+def test_another_speed_needs_no_object_and_lasts_for_learning(ros, tmp_path):
+    work = Workplace(ros, tmp_path)
+    assert ros.trigger("learn_iteration").success
+    assert not ros.set_parameters("learner", {"speed": 1.6}).successful
+    assert ros.set_parameters("learner", {"speed": 1.25}).successful
+    answer = work.adapt()
+    assert answer.success, answer.message
+    assert "where it was shown, at 1.25 times the shown speed" in answer.message
+    # 7 decisions for the motion of 8, which ends before the last of them.
+    assert work.robot.parameters["controller"]["trial_horizon"] == 7
+    assert ros.trigger("learn_iteration").success
+    row = work.run.metrics()[-1]
+    assert (row.iteration, row.robot_time_s) == (2, (8 + 8 + 7) * PERIOD)
+    assert row.rmse_rad < 0.02
+
+
 def test_where_no_urdf_is_named_what_is_told_counts(ros, tmp_path):
     work = Workplace(ros, tmp_path, urdf="")
     assert ros.trigger("learn_iteration").success

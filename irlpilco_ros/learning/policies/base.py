@@ -106,7 +106,7 @@ class Policy(Extension, ABC):
         """Return the policy with the same gains that gives other controls along other states.
 
         Args:
-            states: What the policy sees, one row for each step, shape (H, D).
+            states: What the policy sees, one row for each step of the trials now, shape (H, D).
             controls: Wanted before squashing, shape (H, F).
             control_limit: Largest absolute value of each control now, shape (F,).
 

@@ -95,7 +95,9 @@ class LinearPhasePolicy(Policy):
         Arguments are those of `Policy.along`. Gains are in units of the limit.
         """
         weights = self.weights * (self.control_limit / control_limit)[:, None]
-        same = dataclasses.replace(self, weights=weights, control_limit=control_limit)
+        same = dataclasses.replace(
+            self, weights=weights, control_limit=control_limit, horizon=len(states)
+        )
         seen = np.stack([same._seen(state, step) for step, state in enumerate(states)])
         return same.fit_demonstration(states, controls - seen @ weights.T)
 

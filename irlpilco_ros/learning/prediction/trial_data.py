@@ -31,7 +31,7 @@ def train_on_trials(
     progress: Callable[[float], None] | None = None,
     hyperprior: HyperpriorName = "pilco",
     linear: LinearPart | None = None,
-    repeated: bool = False,
+    repeated: RepeatedPart | None = None,
     max_exact_points: int = MAX_EXACT_POINTS,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
@@ -45,7 +45,7 @@ def train_on_trials(
         progress: Told the fraction that is done.
         hyperprior: On the hyperparameters, before any data.
         linear: Part of the dynamics that is linear, with coefficients to be identified.
-        repeated: Whether what repeats at the same step of every trial is to be identified.
+        repeated: Of `what_repeats`, if that is to be identified.
         max_exact_points: As in `DynamicsModel.train`.
     """
     return DynamicsModel.train(
@@ -57,7 +57,7 @@ def train_on_trials(
         hyperprior=hyperprior,
         max_evaluations=_COLD_EVALUATIONS if warm_start is None else _WARM_EVALUATIONS,
         linear=linear,
-        repeated=_repeated(trials) if repeated else None,
+        repeated=repeated,
         max_exact_points=max_exact_points,
         cold_search=len(trials) <= _FEW_TRIALS,
     )
@@ -70,7 +70,7 @@ def condition_on_trials(
     prior_mean: Array | None,
     threads: int,
     linear: LinearPart | None = None,
-    repeated: bool = False,
+    repeated: RepeatedPart | None = None,
     max_exact_points: int = MAX_EXACT_POINTS,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials with hyperparameters that are known.
@@ -84,7 +84,7 @@ def condition_on_trials(
         threads,
         max_exact_points,
         linear,
-        _repeated(trials) if repeated else None,
+        repeated,
     )
 
 
@@ -98,6 +98,20 @@ def _pairs(trials: Sequence[Rollout], layout: StateLayout) -> tuple[Array, Array
     return np.vstack(inputs), np.vstack([layout.targets(trial.states) for trial in trials])
 
 
-def _repeated(trials: Sequence[Rollout]) -> RepeatedPart:
-    steps = [np.arange(len(trial.controls)) for trial in trials]
-    return RepeatedPart(np.concatenate(steps), max(map(len, steps)))
+def what_repeats(
+    trials: Sequence[Rollout], speeds: Sequence[float], speed: float, horizon: int
+) -> RepeatedPart:
+    """Return what is the same at a step of every trial: of every one at the same speed.
+
+    Args:
+        trials: As in `train_on_trials`.
+        speeds: `Task.speed` of each of them.
+        speed: The one that predictions are for; its steps are the first ones.
+        horizon: Number of its steps.
+    """
+    begins, end = {speed: 0}, horizon
+    for trial, own in zip(trials, speeds, strict=True):
+        if own not in begins:
+            begins[own], end = end, end + trial.steps
+    steps = [begins[own] + np.arange(each.steps) for each, own in zip(trials, speeds, strict=True)]
+    return RepeatedPart(np.concatenate(steps), end)

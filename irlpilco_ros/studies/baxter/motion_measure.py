@@ -60,6 +60,8 @@ class MotionMeasure:
 
     def _tool_errors(self, path: MotionPath) -> list[float]:
         reached, _ = self._kinematics(path.positions)
-        distances = (reached - self._tools).reshape(len(reached), len(TOOL_POINTS), 3)
+        times = self._shown.path.times
+        shown = [np.interp(path.times, times, column) for column in self._tools.T]
+        distances = (reached - np.stack(shown, axis=1)).reshape(-1, len(TOOL_POINTS), 3)
         means: Array = np.sqrt((distances**2).sum(axis=2).mean(axis=0))
         return [float(mean) for mean in means]

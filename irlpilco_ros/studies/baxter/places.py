@@ -93,7 +93,7 @@ def places_run(
         ("predicted", spread included) and the computing on one core ("seconds").
     """
     bench = PlacesBench(robot, settings.seed)
-    learner = _Learner(bench, LearningLoop(bench.home.task, settings))
+    learner = Traveller(bench, LearningLoop(bench.home.task, settings))
     home = [learner.at_home() for _ in range(iterations + 1)][-1]
     spots, refused = bench.spots(places)
     watch = spots[practised : practised + watched]
@@ -111,10 +111,11 @@ def places_run(
     return {"home": home, "places": rows, "practised": later, "refused": refused}
 
 
-class _Learner:
+class Traveller:
     """A run of learning that goes from place to place."""
 
     def __init__(self, bench: PlacesBench, loop: LearningLoop) -> None:
+        """Begin where the sweep was shown, or go on."""
         self._bench, self._loop = bench, loop
 
     def copy(self) -> Self:

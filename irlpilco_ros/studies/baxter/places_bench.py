@@ -59,7 +59,7 @@ def places_from(number: int) -> tuple[Place, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """The sweep at a place.
+    """The sweep at a place and a speed.
 
     Attributes:
         place: Where the pile lies.
@@ -101,23 +101,28 @@ class PlacesBench:
         settings = dataclasses.replace(ROBOTS[robot](seed), debris=PIECES, debris_seed=seed)
         self._simulation = BaxterSimulation(settings)
 
-    def at(self, place: Place) -> Spot:
-        """Return the sweep at another place.
+    def at(self, place: Place, speed: float = 1.0) -> Spot:
+        """Return the sweep at another place, and so many times as fast as it was shown.
 
         Raises:
-            UnreachableError: the robot cannot do it there.
+            UnreachableError: the robot cannot do it there, or so fast.
         """
         path, rollout = self.home.shown.path, self.home.task.demonstrations[0]
         nothing = np.full_like(path.positions, np.nan)
         samples = Trajectory(ARM_JOINTS, path.times, path.positions, path.velocities, nothing)
         move = pile_pose(place) @ inverse(SHOWN)
         moved = carried_over(
-            ShownMotion(rollout, samples, None, 0.0), move, self.carrier, self._robot
+            ShownMotion(rollout, samples, None, 0.0), move, self.carrier, self._robot, speed
         )
         times = moved.samples.stamps - moved.samples.stamps[0] - moved.begin
         whole = MotionPath(times, moved.samples.positions, moved.samples.velocities)
         shown = Recording(moved.rollout, whole)
-        task = dataclasses.replace(self.home.task, demonstrations=(moved.rollout,))
+        task = dataclasses.replace(
+            self.home.task,
+            demonstrations=(moved.rollout,),
+            horizon=moved.rollout.steps,
+            speed=speed,
+        )
         return Spot(place, move, task, shown, MotionMeasure(shown))
 
     def run(self, spot: Spot, policy: ActingPolicy) -> tuple[Rollout, dict[str, Any]]:

@@ -17,6 +17,7 @@ from irlpilco_ros.studies.baxter import (
     places,
     reproduce,
     second_robot,
+    speeds,
 )
 from irlpilco_ros.studies.baxter.learning_run import TRIAL_SECONDS
 from irlpilco_ros.studies.baxter.motion_bench import EXPERIMENT as MOTION
@@ -126,6 +127,24 @@ def _within(runs: Sequence[Sequence[Result]], bar: tuple[int, float], point: int
     return f"{held} of {len(runs)}"
 
 
+def speeds_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return the error of the path [mrad] at other speeds than the shown one, and the pieces."""
+    rows = []
+    for robot, runs in by_condition(store, speeds.jobs(seeds)).items():
+        for number, first in enumerate(runs[0]["rows"]):
+            found = [run["rows"][number] for run in runs]
+            cells = []
+            for when in ("replay", "at_once", "after_one"):
+                cells.append(spread([row[when]["path"] for row in found]))
+                cells.append(spread([row[when]["pieces"] for row in found], 1.0, ".0f"))
+            predicted = spread([row["at_once"]["predicted"] for row in found])
+            words = f"{robot}, {first['where']}, speed {first['speed']:g}"
+            rows.append([words, *cells, predicted, str(len(runs))])
+    whens = ["replay", "at once", "after one trial"]
+    header = [name for when in whens for name in (f"{when}: path", "pieces")]
+    return markdown(["robot", *header, "predicted at once", "seeds"], rows)
+
+
 def ablation_table(store: ResultStore, seeds: Sequence[int]) -> str:
     """Return joint errors [mrad] of every variant, and the time for an iteration."""
     iterations = (1, 3, 5)
@@ -189,6 +208,7 @@ def _seconds(runs: Sequence[Result]) -> str:
 EXPERIMENTS = {
     MOTION: Experiment(motion.jobs, motion_table),
     places.EXPERIMENT: Experiment(places.jobs, places_table),
+    speeds.EXPERIMENT: Experiment(speeds.jobs, speeds_table),
     motion.CONTROL_PERIOD: Experiment(motion.control_period_jobs, control_period_table),
     headline.EXPERIMENT: Experiment(headline.jobs, headline_table),
     perturbations.EXPERIMENT: Experiment(perturbations.jobs, perturbations_table),
@@ -199,4 +219,4 @@ EXPERIMENTS = {
     reproduce.EXPERIMENT: Experiment(reproduce.jobs, reproduce_table),
     "thesis_perturbations": Experiment(perturbations.thesis_jobs, thesis_perturbations_table),
 }
-"""The parts by name: motion and places, then all others in the order of what they cost."""
+"""The parts by name: motion, places and speeds, then all others in the order of what they cost."""
