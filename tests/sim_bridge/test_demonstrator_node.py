@@ -51,6 +51,9 @@ def test_plays_the_sweep_in_lockstep(ros: RosGraph) -> None:
     shown = [np.interp(ticks, stamps, course) for course in heard.T]
     wanted = [motion.at(0.5 * k)[0] for k in range(17)]
     assert np.abs(np.transpose(shown) - wanted).max() < 8e-3
+    for line in ("ready to show a motion of 14 joints and 8 s", "play is done"):
+        assert demonstrator.output.count(line) == 1
+    assert "call demonstrator/move_to_start first" in demonstrator.output
     assert demonstrator.stop(signal.SIGTERM) == 0
 
 
