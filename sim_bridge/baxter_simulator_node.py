@@ -89,9 +89,12 @@ class BaxterSimulatorNode(SimulatorNode):
 
     def _change(self, settings: SimulationSettings) -> None:
         """Lay the pile where it is wanted now; all else cannot be changed while time runs."""
-        self._settings = settings
+        moved, self._settings = settings.object_place != self._settings.object_place, settings
         with self._changed:
             self._baxter.lay_pile(settings.object_place)
+        if moved:
+            x, y, turn = settings.object_place
+            self.get_logger().info(f"the pile is moved by ({x:g}, {y:g}) m and {turn:g} rad")
         for _ in range(_LOOKS):  # time may stand still, in lockstep
             self._publish_object_pose()
 

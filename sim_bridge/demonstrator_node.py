@@ -102,6 +102,8 @@ class DemonstratorNode(SuiteNode):
         self.create_timer(0.5, self._watch, clock=steady)
         self._calls = Clients(self)
         self._health = Health(self, "idle")
+        joints, seconds = len(self._motion.joints), self._motion.duration
+        self.get_logger().info(f"ready to show a motion of {joints} joints and {seconds:g} s")
 
     async def _on_move(
         self, _request: Trigger.Request, response: Trigger.Response
@@ -130,11 +132,16 @@ class DemonstratorNode(SuiteNode):
         self._last_news = time.monotonic()
         self._requested = (what, done)
         self._health.report(OK, what)
+        self.get_logger().info(f"{what} begins")
         failure = await done
         self._requested = self._performance = None
         self._health.report(WARN if failure else OK, failure or "idle")
         response.success = not failure
         response.message = failure or f"{what} is done"
+        if failure:
+            self.get_logger().error(failure)
+        else:
+            self.get_logger().info(response.message)
         return response
 
     async def _find_listener(self) -> None:

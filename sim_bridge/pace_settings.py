@@ -32,3 +32,12 @@ class PaceSettings:
     def wall_time(self) -> bool:
         """Whether the simulation keeps the wall clock's time, so that nobody needs /clock."""
         return self.real_time_factor == 1.0 and not self.lockstep
+
+    def sentence(self) -> str:
+        """Say how time passes."""
+        if self.lockstep:
+            return "time waits for an answer to each joint state (lockstep)"
+        if self.real_time_factor == 0.0:
+            return "time runs as fast as it goes"
+        factor = self.real_time_factor
+        return "in real time" if factor == 1.0 else f"{factor:g} simulated seconds per second"

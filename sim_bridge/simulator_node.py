@@ -80,6 +80,7 @@ class SimulatorNode(SuiteNode):
             self, JointState, "joint_command", self._on_command, JOINT_COMMAND
         )
         self.create_service(Trigger, "~/reset", self._on_reset)
+        self.get_logger().info(f"ready: {pace.sentence()}")
         self._thread = threading.Thread(target=self._run, name="simulation")
         self._thread.start()
 
@@ -187,6 +188,7 @@ class SimulatorNode(SuiteNode):
             self._publish_state()
         response.success = True
         response.message = self._fresh
+        self.get_logger().info(f"reset: {self._fresh}")
         return response
 
     def _report(self, seconds_lost: float) -> None:

@@ -56,7 +56,7 @@ MAY_IMPORT = {
     "irlpilco_ros.control": ("irlpilco_ros.learning", "irlpilco_ros.experience"),
     "irlpilco_ros.ros": (*BELOW_CONTROL, "irlpilco_ros.control"),
     "irlpilco_ros.nodes": (*BELOW_CONTROL, "irlpilco_ros.control", "irlpilco_ros.ros"),
-    "irlpilco_ros.report": (*BELOW_CONTROL, "sim_bridge"),
+    "irlpilco_ros.report": (*BELOW_CONTROL, "irlpilco_ros.__version__", "sim_bridge"),
     "irlpilco_ros.view": (*BELOW_CONTROL, "irlpilco_ros.report"),
     "irlpilco_ros.studies": (
         *BELOW_CONTROL,

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
 from pathlib import Path
 from typing import Any
 
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
 EPILOG = """\
-The report is RUN/report/index.html, one file that needs no network: errors over iterations, each
-joint's demonstration, prediction and trial, cost weights, what the model found important, timing,
+The report is RUN/report/index.html, one file that needs no network, also for a phone: the best
+policy and the command that runs it, errors over iterations, each joint's trial and prediction
+beside the demonstration, limits and speeds, cost weights, what the model found important, timing,
 and, if the robot is the simulated Baxter, pictures of the motion. It is made from the files in RUN;
 no node needs to run.
 
@@ -50,5 +53,6 @@ def make_report(run_directory: Path) -> Path:
     """Build the report of a run with a progress bar and return its path."""
     from irlpilco_ros.report import build_report
 
+    command = shlex.join(["irlpilco", *sys.argv[1:]])
     with ProgressDisplay("report") as display:
-        return build_report(run_directory, display.update)
+        return build_report(run_directory, display.update, command)

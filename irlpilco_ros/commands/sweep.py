@@ -10,6 +10,7 @@ from irlpilco_ros.commands.demo_nodes import SERVICES, START_TIMEOUT
 from irlpilco_ros.commands.learn import learn_iteration
 from irlpilco_ros.commands.report import make_report
 from irlpilco_ros.commands.showing import show
+from irlpilco_ros.commands.terminal import ProgressDisplay
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ def demonstrate(session: Session, directory: RunDirectory) -> None:
         raise ServiceError(
             f"the learner has no demonstration, and nobody is there to show one: {error}"
         ) from error
-    bag, summary = show(session, directory.path / "recordings")
+    with ProgressDisplay("demonstration") as display:
+        display.update("the motion is shown and recorded", 0.0)
+        bag, summary = show(session, directory.path / "recordings")
     print(f"demonstration: {summary}", flush=True)
     session.run(session.clients.set_parameters("learner", {"demonstration": str(bag)}))

@@ -59,8 +59,12 @@ def best_command(run: RunDirectory) -> str:
     if best is None or best.iteration is None:
         return ""
     copy = run.best_policy_file
-    file = copy if copy.exists() else run.policy_file(best.iteration)
-    return f"ros2 run irlpilco_ros controller --ros-args --params-file {shlex.quote(str(file))}"
+    return command_of(copy if copy.exists() else run.policy_file(best.iteration))
+
+
+def command_of(policy: Path) -> str:
+    """Return the command that runs the policy of a file without a learner."""
+    return f"ros2 run irlpilco_ros controller --ros-args --params-file {shlex.quote(str(policy))}"
 
 
 def best_sentence(run: RunDirectory) -> str:

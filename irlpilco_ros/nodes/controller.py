@@ -89,6 +89,7 @@ class Controller(SuiteNode):
             self, JointState, "joint_states", self._take, JOINT_STATES_SUB
         )
         self._times = SafeSubscription(self, TimeMessage, "/clock", self._take_time, CLOCK)
+        self.get_logger().info(self._first_words())
         self._tell()
 
     def wind_down(self) -> None:
@@ -100,6 +101,15 @@ class Controller(SuiteNode):
         if self._output.last is not None:
             self._send(self._control.zero())
             self._output.finish()
+
+    def _first_words(self) -> str:
+        joints = len(self._robot.roles.commanded)
+        kinds = {"velocity": "velocities", "effort": "efforts"}
+        commands = kinds[self._robot.command_interface]
+        policy = self._policy.policy
+        known = "waiting for a policy" if policy is None else f"policy {policy.kind}"
+        allowed = "" if self._control.settings.enabled else "; disabled (controller/enable)"
+        return f"ready to move {joints} joints by {commands}; {known}{allowed}"
 
     def _offer_services(self) -> None:
         # Motions await their end inside the callback; the others must run meanwhile.
@@ -222,6 +232,7 @@ class Controller(SuiteNode):
         except MotionRefusedError as error:
             return _refusal(response, str(error))
         self._fault = ""
+        self.get_logger().info(f"{motion.name} begins")
         self._tell()
         outcome: Outcome = await over
         self._output.listen()
@@ -229,7 +240,9 @@ class Controller(SuiteNode):
             outcome = Outcome(False, f"{motion.name} does not count: {self._stranger}")
         self._fault = "" if outcome.succeeded else outcome.message
         self._tell()
-        if not outcome.succeeded:
+        if outcome.succeeded:
+            self.get_logger().info(outcome.message)
+        else:
             self.get_logger().error(outcome.message)
         response.success, response.message = outcome.succeeded, outcome.message
         return response
@@ -246,15 +259,20 @@ class Controller(SuiteNode):
         response.success, response.message = True, "enabled" if request.data else "disabled"
         return response
 
-    def _policy_changed(self, _: Policy | None) -> None:
+    def _policy_changed(self, policy: Policy | None) -> None:
         self._send(self._control.stop("the policy was changed"))
+        words = "the policy was taken away" if policy is None else f"new policy: {policy.kind}"
+        self.get_logger().info(words)
         self._tell()
 
     def _check_settings(self, settings: ControllerSettings) -> None:
         check_start(self._robot, settings.start_position, settings.position_margin)
 
     def _apply_settings(self, settings: ControllerSettings) -> None:
+        was_enabled = self._control.settings.enabled
         self._send(self._control.change(settings))
+        if settings.enabled != was_enabled:
+            self.get_logger().info("enabled" if settings.enabled else "disabled")
         self._tell()
 
     def _tell(self) -> None:

@@ -86,11 +86,18 @@ class DemonstrationRecorder(SuiteNode):
         self.create_service(Trigger, "~/start", self._on_start, callback_group=group)
         self.create_service(Trigger, "~/stop", self._on_stop, callback_group=group)
         self.create_service(Trigger, "~/discard", self._on_discard, callback_group=group)
+        self.get_logger().info(self._first_words())
 
     def shutdown(self) -> None:
         """Close the bag: a recording that ends with the node is whole."""
         if self._recording is not None:
             self._end()
+
+    def _first_words(self) -> str:
+        joints, topic = len(self._settings.joints), self._states.topic_name
+        if not joints:
+            return "the parameter joints is empty: set it to have something recorded"
+        return f"ready to record {joints} joints, told on {topic}, into {self._settings.directory}"
 
     def _change(self, settings: RecorderSettings) -> None:
         """Take over parameters; they count from the next recording on."""
@@ -123,10 +130,12 @@ class DemonstrationRecorder(SuiteNode):
             response.success = True
             words = [f"recording {len(settings.joints)} joints", recording.beginning()]
             response.message = "; ".join([*filter(None, words), f"bag: {recording.path}"])
+            self.get_logger().info(response.message)
             return response
         if self._is_current(recording):
             self._close()
         response.message = recording.failure or self._why_nothing_came(recording)
+        self.get_logger().error(response.message)
         self._health.report(ERROR, response.message)
         return response
 
@@ -189,6 +198,7 @@ class DemonstrationRecorder(SuiteNode):
         self._last = None
         response.success = True
         response.message = f"discarded, but not deleted; bag: {marked}"
+        self.get_logger().info(response.message)
         return response
 
     def _end(self) -> tuple[bool, str]:
@@ -200,7 +210,12 @@ class DemonstrationRecorder(SuiteNode):
         if not recording.failure and quiet > _QUIET:
             said += f"; no joint state came in the last {quiet:.1f} s"
         self._health.report(OK if succeeded else ERROR, "ready" if succeeded else said)
-        return succeeded, f"{said}; bag: {recording.path}"
+        words = f"{said}; bag: {recording.path}"
+        if succeeded:
+            self.get_logger().info(f"recorded {words}")
+        else:
+            self.get_logger().error(words)
+        return succeeded, words
 
     def _close(self) -> LiveRecording:
         """Record no more; the bag is whole then if there is one."""

@@ -68,6 +68,14 @@ COMPUTED = 0.8
 ROBOT_STAGES = {"hand over": COMPUTED, "move to start": 0.82, "trial": 0.9, "judge": 0.98}
 """Fraction of an iteration that is done when a stage on the robot begins."""
 
+STAGE_WORDS = {
+    "model": "training the model of the robot",
+    "policy": "searching the policy",
+    "move to start": "the robot goes to the start",
+    "trial": "the robot tries the policy",
+}
+"""Stages that are worth a line in the log, and how it says them."""
+
 STOP_TIMEOUT = 5.0
 """How long a computation may take to notice that the node stops [s]."""
 
@@ -169,7 +177,7 @@ class Learner(SuiteNode):
         self.create_service(Trigger, "~/adapt", self._adapt, callback_group=group)
         self.create_service(Trigger, "~/cancel", self._cancel, callback_group=group)
         words = self._first_words()
-        self.get_logger().info(words)
+        self.get_logger().info(f"{words}; run directory {self._where.run_directory}")
         self._health.report(OK, words)
 
     def shutdown(self) -> None:
@@ -198,8 +206,10 @@ class Learner(SuiteNode):
             raise InvalidSettingError(str(error)) from error
 
     def _move(self, where: RunSettings) -> None:
-        self._where = where
+        before, self._where = self._where, where
         self._chosen_anew = True
+        if where.demonstration and where.demonstration != before.demonstration:
+            self.get_logger().info(f"ready to learn from {where.demonstration}")
 
     def _first_words(self) -> str:
         """Check the run at the start, so that a wrong one is refused before the robot moves."""
@@ -340,7 +350,7 @@ class Learner(SuiteNode):
             )
         where = None if seen is None else _always(mean_pose(seen))
         adapter = self._adapter
-        self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
+        self._show(LearnerProgress(stage="prepare", iteration=run.next_index))
         adapted, sentence = await self._compute(
             lambda: adapter.adapt(run, where, self._take_progress)
         )
@@ -391,13 +401,14 @@ class Learner(SuiteNode):
         if seen is not None:
             await self._compute(lambda: self._adapter.check_stayed(run, seen))
         if run.next_index == 0:
-            await self._do_trial(run)
+            first = await self._do_trial(run)
+            self.get_logger().info(first.sentence())
         report = await self._do_trial(run)
         return report.sentence()
 
     async def _do_trial(self, run: Apprenticeship) -> TrialReport:
         """Learn from all trials so far, try it on the robot, and see how well it went."""
-        self._progress = LearnerProgress(stage="prepare", iteration=run.next_index)
+        self._show(LearnerProgress(stage="prepare", iteration=run.next_index))
         plan: Plan = await self._compute(lambda: run.prepare(self._take_progress))
         for note in plan.iteration.notes:
             self.get_logger().warning(f"iteration {plan.iteration.index}: {note}")
@@ -423,15 +434,15 @@ class Learner(SuiteNode):
         self._worker.check()
         self._check_cancelled()
         iteration = self._progress.iteration
-        self._progress = LearnerProgress(
-            stage=progress.stage,
-            iteration=iteration,
-            fraction=COMPUTED * progress.fraction,
-            cost=progress.cost,
-            evaluations=progress.evaluations,
-            seconds_left=self._iteration_clock.seconds_left(
-                self._progress.iteration, progress.fraction
-            ),
+        self._show(
+            LearnerProgress(
+                stage=progress.stage,
+                iteration=iteration,
+                fraction=COMPUTED * progress.fraction,
+                cost=progress.cost,
+                evaluations=progress.evaluations,
+                seconds_left=self._iteration_clock.seconds_left(iteration, progress.fraction),
+            )
         )
 
     def _say(self, stage: str) -> None:
@@ -439,7 +450,14 @@ class Learner(SuiteNode):
         if stage != "judge":  # the trial has been made: it counts
             self._check_cancelled()
         fraction = ROBOT_STAGES.get(stage, 0.0)
-        self._progress = LearnerProgress(stage, self._progress.iteration, fraction)
+        self._show(LearnerProgress(stage, self._progress.iteration, fraction))
+
+    def _show(self, progress: LearnerProgress) -> None:
+        """Take note of where the iteration is, with a line when a stage begins."""
+        before, self._progress = self._progress, progress
+        words = STAGE_WORDS.get(progress.stage)
+        if words and (progress.stage, progress.iteration) != (before.stage, before.iteration):
+            self.get_logger().info(f"iteration {progress.iteration}: {words}")
 
     def _check_cancelled(self) -> None:
         if self._under_way is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from irlpilco_ros.report.debris_figure import debris_figure
 from irlpilco_ros.report.joint_figures import difference_figure, position_figure
 from irlpilco_ros.report.model_figure import relevance_figure
 from irlpilco_ros.report.moving_pictures import animation, filmstrip, to_webp
-from irlpilco_ros.report.page import Artwork, render_page
+from irlpilco_ros.report.page import Artwork, Made, render_page
 from irlpilco_ros.report.progress_figures import error_figure, time_figure, weights_figure
 from irlpilco_ros.report.read_run import read_run
 from irlpilco_ros.report.resimulation import workers
@@ -34,7 +35,9 @@ PNG_RESOLUTION = 160
 _LOGGER = logging.getLogger(__name__)
 
 
-def build_report(run_directory: Path | str, progress: Progress | None = None) -> Path:
+def build_report(
+    run_directory: Path | str, progress: Progress | None = None, command: str = ""
+) -> Path:
     """Write RUN/report/: index.html, one file that needs nothing else, and every figure by itself.
 
     What cannot be made here (pictures without EGL or OSMesa, simulation without MuJoCo or of
@@ -43,6 +46,7 @@ def build_report(run_directory: Path | str, progress: Progress | None = None) ->
     Args:
         run_directory: The run; it is only read, but for its report/.
         progress: Called as progress(stage, fraction) with a stage's name and 0..1 of the whole.
+        command: What the page says that it was made by; empty for `irlpilco report RUN`.
 
     Returns:
         Path of index.html.
@@ -53,7 +57,8 @@ def build_report(run_directory: Path | str, progress: Progress | None = None) ->
         FileError: the report cannot be written, for example because the disk is full.
     """
     try:
-        return _build(RunDirectory(run_directory), progress or _say_nothing)
+        made = Made.now(command or shlex.join(["irlpilco", "report", str(run_directory)]))
+        return _build(RunDirectory(run_directory), made, progress or _say_nothing)
     except OSError as error:
         if isinstance(error, IrlPilcoError):
             raise
@@ -64,7 +69,7 @@ def build_report(run_directory: Path | str, progress: Progress | None = None) ->
         ) from error
 
 
-def _build(directory: RunDirectory, tell: Progress) -> Path:
+def _build(directory: RunDirectory, made: Made, tell: Progress) -> Path:
     tell("reading the run", 0.0)
     run = read_run(directory)
     folder = directory.report_directory
@@ -79,7 +84,7 @@ def _build(directory: RunDirectory, tell: Progress) -> Path:
         _LOGGER.warning(note)  # whoever waits for the report is told as well as who reads it
     artwork = Artwork(**drawn, **_draw_sweeps(sweeps, folder), notes=sweeps.notes)
     path = folder / "index.html"
-    write_atomically(path, render_page(run, artwork).encode())
+    write_atomically(path, render_page(run, artwork, made).encode())
     tell("done", 1.0)
     return path
 
@@ -103,7 +108,7 @@ def _draw_figures(run: RunSummary, folder: Path, tell: Progress) -> dict[str, An
         tell("drawing joints", 0.1 + 0.4 * number / len(run.iterations))
         for view, draw in (("position", position_figure), ("difference", difference_figure)):
             name = f"joints_{iteration.index:03d}_{view}"
-            png = iteration is run.last
+            png = iteration is run.best
             drawn["joints"][iteration.index, view] = _save(draw(run, iteration), folder, name, png)
     return drawn
 

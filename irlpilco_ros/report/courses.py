@@ -10,7 +10,7 @@ from irlpilco_ros.experience.trajectory import Trajectory
 from irlpilco_ros.learning.joints import Joints
 
 TRIAL = "trial"
-"""Name of the latest trial's course."""
+"""Name of the best trial's course."""
 
 _STEP = 0.02
 """Time between two states of a course [s]: shorter than whatever an arm does."""

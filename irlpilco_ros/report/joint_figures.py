@@ -131,6 +131,8 @@ def _at_least(axes: Axes, span: float) -> None:
 
 def _label(figure: Figure, quantity: str) -> None:
     figure.supxlabel("time in the trial [s]", fontsize=9.0, y=0.008, va="bottom")
+    if figure.get_figheight() < 2.0 * ROW_HEIGHT:  # one row of panels is no higher than this
+        quantity = quantity.replace(" from the demonstration", "")
     figure.supylabel(quantity, fontsize=9.0, x=0.004)
 
 

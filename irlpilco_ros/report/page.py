@@ -9,30 +9,25 @@ import base64
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 
 from markupsafe import Markup
 
-from irlpilco_ros.experience.path_quality import PathQuality
+from irlpilco_ros import __version__
 from irlpilco_ros.report.joint_figures import joint_groups
-from irlpilco_ros.report.run_summary import DebrisCount, IterationSummary, RunSummary
+from irlpilco_ros.report.page_tables import (
+    acceleration_table,
+    error_table,
+    learning_table,
+    number,
+    use_sentence,
+    use_table,
+)
+from irlpilco_ros.report.run_summary import DebrisCount, RunSummary
 from irlpilco_ros.report.templating import render
 
-VIEWS = {"position": "positions", "difference": "difference from the demonstration"}
-
-HEADINGS = (
-    "iteration",
-    "path, RMS",
-    "path, largest",
-    "acceleration, 99 % [rad/s²]",
-    "acceleration, largest [rad/s²]",
-    "at the decisions, RMS",
-    "error (6.1)",
-    "margin",
-    "cost",
-    "robot time so far [s]",
-    "model [s]",
-    "policy [s]",
-)
+VIEWS = {"difference": "difference from the demonstration", "position": "positions"}
+"""What is drawn of the joints; the first is shown first."""
 
 
 @dataclass(frozen=True)
@@ -65,11 +60,24 @@ class Artwork:
 
 
 @dataclass(frozen=True)
-class TableRow:
-    """A row of the table of errors; `kind` is its class in the style sheet."""
+class Made:
+    """How a page came about.
 
-    kind: str
-    cells: tuple[str, ...]
+    Attributes:
+        when: Such as "2026-11-27 09:54 UTC".
+        version: Of this package.
+        command: What made it.
+    """
+
+    when: str
+    version: str
+    command: str
+
+    @classmethod
+    def now(cls, command: str) -> Made:
+        """Return how a page comes about that this command makes now."""
+        when = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+        return cls(when, __version__, command)
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,7 @@ class JointFigure:
     coverage: int | None
 
 
-def render_page(run: RunSummary, artwork: Artwork) -> str:
+def render_page(run: RunSummary, artwork: Artwork, made: Made) -> str:
     """Return the whole page."""
     count = len(run.iterations)
     debris = artwork.debris_count
@@ -94,6 +102,7 @@ def render_page(run: RunSummary, artwork: Artwork) -> str:
         {"duration": duration, "svg": _svg, "webp": _webp},
         run=run,
         artwork=artwork,
+        made=made,
         debris=debris,
         debris_alt="" if debris is None else _debris_alt(debris),
         unit=run.unit,
@@ -102,8 +111,11 @@ def render_page(run: RunSummary, artwork: Artwork) -> str:
         arms=len(joint_groups(run.joints)),
         trials=f"{count} trial{'s' if count > 1 else ''}",
         errors_alt=_errors_alt(run),
-        headings=HEADINGS,
-        rows=list(_rows(run)),
+        errors=error_table(run),
+        accelerations=acceleration_table(run),
+        learned=learning_table(run),
+        uses=use_table(run),
+        use_sentence=use_sentence(run),
         iterations={str(each.index): str(each.index) for each in run.iterations},
         views=VIEWS,
         joints=list(_joints(run, artwork)),
@@ -111,7 +123,9 @@ def render_page(run: RunSummary, artwork: Artwork) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as one says it: "48 s", "2 min 5 s", "1 h 12 min"."""
+    """Return a time as one says it: "0.4 s", "48 s", "2 min 5 s", "1 h 12 min"."""
+    if seconds < 1.0:
+        return f"{seconds:.1g}\N{NO-BREAK SPACE}s"
     whole = round(seconds)
     if whole < 100:
         return f"{whole}\N{NO-BREAK SPACE}s"
@@ -128,7 +142,7 @@ def _shown(demonstrations: int) -> str:
 def _errors_alt(run: RunSummary) -> str:
     path = ""
     if run.path_is_known:
-        values = ", ".join(_number(each.path.rmse, ".4f") for each in run.iterations)
+        values = ", ".join(number(each.path.rmse, ".4f") for each in run.iterations)
         path = f"Error over the whole path [{run.unit}]: {values}. "
     values = ", ".join(f"{each.rmse:.4f}" for each in run.iterations)
     alt = f"{path}Error at the decisions [{run.unit}]: {values}."
@@ -141,46 +155,6 @@ def _debris_alt(debris: DebrisCount) -> str:
     means = ", ".join(f"{name} {values.mean():.1f}" for name, values in debris.counts.items())
     seeds = len(debris.seeds)
     return f"Pieces in the pan of {debris.pieces}, mean over {seeds} scatterings: {means}."
-
-
-def _rows(run: RunSummary) -> Iterator[TableRow]:
-    for each in run.iterations:
-        yield TableRow("last" if each is run.last else "", _cells(each, each is run.best))
-    if math.isfinite(run.replay_rmse):
-        errors = (f"{run.replay_rmse:.4f}", f"{run.replay_rmse**2:.2e}")
-        yield _baseline("open-loop replay", run.replay_path, *errors)
-    if math.isfinite(run.demonstration_path.acceleration_max):
-        yield _baseline("demonstration", run.demonstration_path)
-
-
-def _baseline(name: str, path: PathQuality, *errors: str) -> TableRow:
-    cells = (name, *_path_cells(path), *errors)
-    return TableRow("replay", (*cells, *["-"] * (len(HEADINGS) - len(cells))))
-
-
-def _path_cells(path: PathQuality) -> tuple[str, ...]:
-    return (
-        _number(path.rmse, ".4f"),
-        _number(path.largest, ".4f"),
-        _number(path.acceleration_p99, ".2f"),
-        _number(path.acceleration_max, ".1f"),
-    )
-
-
-def _cells(iteration: IterationSummary, best: bool) -> tuple[str, ...]:
-    learned = iteration.index > 0
-    name = str(iteration.index) if learned else "0, initial trial"
-    return (
-        f"{name}, best" if best else name,
-        *_path_cells(iteration.path),
-        f"{iteration.rmse:.4f}",
-        _number(iteration.mse, ".2e"),
-        _number(iteration.margin, ".2e"),
-        _number(iteration.cost, ".4g"),
-        f"{round(iteration.robot_time, 1):g}",
-        _number(iteration.model_time if learned else math.nan, ".1f"),
-        _number(iteration.policy_time if learned else math.nan, ".1f"),
-    )
 
 
 def _joints(run: RunSummary, artwork: Artwork) -> Iterator[JointFigure]:
@@ -202,7 +176,3 @@ def _svg(text: str) -> Markup:
 
 def _webp(data: bytes) -> Markup:
     return Markup("data:image/webp;base64," + base64.b64encode(data).decode())
-
-
-def _number(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else "-"

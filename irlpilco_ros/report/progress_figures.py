@@ -78,7 +78,7 @@ def time_figure(run: RunSummary) -> Figure:
         left.bar(places, policy, 0.62, bottom=model, **policy_look)
         left.set_ylim(0.0, 1.28 * max(float((model + policy).max(initial=0.0)), 0.1))
         left.set_ylabel("computing time [s]")
-        left.set_title(f"computing, {run.computing_time:.0f} s in all")
+        left.set_title(f"computing, {run.computing_time:.3g} s in all")
         left.legend(loc="upper left", ncols=2)
         left.grid(False, axis="x")
         steps = [i.robot_time for i in run.iterations]

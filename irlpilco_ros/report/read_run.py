@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.experience.best_trial import best_command
+from irlpilco_ros.experience.best_trial import best_command, best_row, command_of, rows_here
 from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
@@ -23,6 +23,7 @@ from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.settings import convert
 from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.report.courses import TRIAL, course, course_of_trial
+from irlpilco_ros.report.joint_use import JointUse, Movement, joint_uses
 from irlpilco_ros.report.resimulation import can_resimulate
 from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
 
@@ -58,11 +59,14 @@ def read_run(run: RunDirectory) -> RunSummary:
         raise RunDirectoryError(f"{run.path}: its iterations have weights of different features")
     positions = slice(0, len(joints.names))
     replay_row = run.baseline_metrics(REPLAY)
+    best = best_row(rows) or rows[-1]
+    courses = _courses(run, motions[0], joints, horizon * wanted.period, bags[best.trial])
+    tried, told = trials[rows.index(best)], np.mean(shown, axis=0)
     return RunSummary(
         name=run.path.name,
         joints=joints.names,
         times=np.asarray(wanted.period * np.arange(horizon + 1), dtype=np.float64),
-        demonstration=np.mean(shown, axis=0)[:, positions],
+        demonstration=told[:, positions],
         iterations=tuple(
             _iteration(row, trial.states[:, positions], found.get(row.iteration or 0))
             for row, trial in zip(rows, trials, strict=True)
@@ -72,10 +76,11 @@ def read_run(run: RunDirectory) -> RunSummary:
         model=_model(joints, trials, found),
         settings={key: _text(value) for key, value in configuration.items()},
         demonstrations=len(shown),
-        best_command=best_command(run),
+        best_command=_best_command(run, best),
         replay_path=_path(replay_row),
         demonstration_path=_path(run.baseline_metrics(DEMONSTRATION)),
-        courses=_courses(run, motions[0], joints, horizon * wanted.period, bags[rows[-1].trial]),
+        courses=courses,
+        uses=_uses(joints, configuration, courses, tried, told),
         **_words(configuration, joints),
     )
 
@@ -135,18 +140,28 @@ def _words(configuration: Mapping[str, Any], joints: Joints) -> dict[str, Any]:
     """Return names and units, by the fields of `RunSummary`."""
     # Of the simulated robot alone it is known that no joint slides.
     unit = "rad" if can_resimulate(joints.names) else "rad or m"
-    compares_joints = configuration.get("features", "joints") == "joints"
-    positions = [name for name in joints.names if name not in joints.continuous]
-    angles = [f"{what} {name}" for name in joints.continuous for what in ("sin", "cos")]
+    compared = configuration.get("features", "joints")
+    plain = unit == "rad" and not joints.continuous
     return {
         "continuous": joints.continuous,
-        "features": (*positions, *angles) if compares_joints else (),
+        "features": _feature_names(compared, joints),
         "unit": unit,
-        "margin_unit": "rad²" if compares_joints and unit == "rad" and not angles else "",
+        "margin_unit": "rad²" if compared == "joints" and plain else "",
         "commands": "efforts"
         if configuration.get("command_interface") == "effort"
         else "velocities",
     }
+
+
+def _feature_names(compared: Any, joints: Joints) -> tuple[str, ...]:
+    """Return the names of the features that motions are compared by; none where nobody knows."""
+    if compared == "motion":
+        return tuple(f"{name} {what}" for what in ("position", "velocity") for name in joints.names)
+    if compared != "joints":
+        return ()
+    positions = [name for name in joints.names if name not in joints.continuous]
+    angles = [f"{what} {name}" for name in joints.continuous for what in ("sin", "cos")]
+    return (*positions, *angles)
 
 
 def _check(iteration: Iteration, path: Path, shape: tuple[int, int]) -> None:
@@ -193,6 +208,34 @@ def _path(row: MetricsRow | None) -> PathQuality:
 def _replay(run: RunDirectory, row: MetricsRow, joints: Joints, horizon: int) -> np.ndarray:
     rollout = run.read_trial(run.replay_directory / f"{row.trial:03d}", joints, horizon)
     return rollout.states[:, : len(joints.names)]
+
+
+def _best_command(run: RunDirectory, best: MetricsRow) -> str:
+    """Return the command that runs the policy of the best trial where it was shown."""
+    here = best_row(rows_here(run))
+    if here is not None and here.iteration == best.iteration:
+        return best_command(run)
+    # The object is elsewhere by now, and best_policy.yaml is for there.
+    return command_of(run.policy_file(best.iteration or 0))
+
+
+def _uses(
+    joints: Joints,
+    configuration: Mapping[str, Any],
+    courses: Mapping[str, MotionPath],
+    tried: Rollout,
+    told: np.ndarray,
+) -> tuple[JointUse, ...]:
+    """Return what each joint used of its limits: of all that was recorded, or at the decisions."""
+    count = len(joints.names)
+    at_ticks = {TRIAL: tried.states, DEMONSTRATION: told}
+    done, shown = (
+        Movement(courses[name].positions, courses[name].velocities)
+        if name in courses
+        else Movement(states[:, :count], states[:, count : 2 * count])
+        for name, states in at_ticks.items()
+    )
+    return joint_uses(joints, configuration, done, shown, tried.controls)
 
 
 def _courses(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.experience.path_quality import UNKNOWN, MotionPath, PathQuality
+from irlpilco_ros.report.joint_use import JointUse
 
 FloatArray = NDArray[np.float64]
 
@@ -97,9 +98,10 @@ class RunSummary:
         commands: what the robot is commanded, "velocities" or "efforts".
         replay_path: how the replay went between the decisions.
         demonstration_path: the same of the demonstration.
-        courses: the demonstration, the replay and the latest trial between the decisions, by these
+        courses: the demonstration, the replay and the best trial between the decisions, by these
             names; those of which every joint state was recorded.
         best_command: what runs the policy of the best trial; "" if nobody knows.
+        uses: what each joint used of its limits in the best trial; empty if nobody knows.
     """
 
     name: str
@@ -121,11 +123,12 @@ class RunSummary:
     replay_path: PathQuality = UNKNOWN
     demonstration_path: PathQuality = UNKNOWN
     courses: Mapping[str, MotionPath] = field(default_factory=dict)
+    uses: tuple[JointUse, ...] = ()
 
     @property
     def path_is_known(self) -> bool:
-        """Whether the latest trial was recorded between the decisions, too."""
-        return bool(np.isfinite(self.last.path.rmse))
+        """Whether the best trial was recorded between the decisions, too."""
+        return bool(np.isfinite(self.best.path.rmse))
 
     @property
     def last(self) -> IterationSummary:

@@ -40,7 +40,7 @@ class SimulatedSweeps:
 
     Attributes:
         debris: the counts, or None.
-        films: pictures of the demonstration and of the latest trial, by name; maybe none.
+        films: pictures of the demonstration and of the best trial, by name; maybe none.
         notes: what could not be made, and what to do about it.
     """
 
@@ -68,7 +68,7 @@ class SweepJobs:
         if not can_resimulate(run.joints):
             return cls({}, {})
         motions = _motions(run)
-        shown = {DEMONSTRATION: DEMONSTRATION, f"trial {run.last.index}": LEARNED}
+        shown = {DEMONSTRATION: DEMONSTRATION, f"trial {run.best.index}": LEARNED}
         films = {name: pool.submit(film, motions[way], FILM_SEED) for name, way in shown.items()}
         counts = {
             way: [pool.submit(count_debris, motion, seed) for seed in DEBRIS_SEEDS]
@@ -117,7 +117,7 @@ def _motions(run: RunSummary) -> dict[str, Guidable]:
     ways = {
         DEMONSTRATION: (metrics.DEMONSTRATION, run.demonstration),
         REPLAY: (metrics.REPLAY, run.replay),
-        LEARNED: (TRIAL, run.last.trial),
+        LEARNED: (TRIAL, run.best.trial),
     }
     motions: dict[str, Guidable] = {}
     for way, (name, sampled) in ways.items():

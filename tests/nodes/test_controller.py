@@ -125,7 +125,7 @@ def test_a_policy_file_runs_without_a_learner_and_with_a_namespace(ros, tmp_path
     beside = {**ROBOT, **shown.to_parameters(), "start_position": [0.0, 0.0]}
     write_policy_file(path, policy, Joints(tuple(JOINTS)), beside)
     parameters = {"velocity_controller_output": True}
-    ros.start(CONTROLLER, files=[path], parameters=parameters, namespace="/robot")
+    controller = ros.start(CONTROLLER, files=[path], parameters=parameters, namespace="/robot")
     topic = "/robot/velocity_controller/commands"
     other = ros.listen(Float64MultiArray, topic, COMMAND_RECORDING, publishers=1)
     reference = ros.listen(
@@ -142,6 +142,12 @@ def test_a_policy_file_runs_without_a_learner_and_with_a_namespace(ros, tmp_path
     assert {tuple(each.name) for each in reference.messages} == {tuple(JOINTS)}
     stamps = [nanoseconds(each.header.stamp) for each in reference.messages]
     assert np.diff(stamps).tolist() == [round(PERIOD * 1e9)] * HORIZON
+    for line in (
+        "ready to move 2 joints by velocities; policy open_loop",
+        "trial begins",
+        "trial over: 4 decisions in 0.4 s",
+    ):
+        assert controller.output.count(line) == 1, "one line each"
     np.testing.assert_allclose(robot.vector("positions"), [0.04, -0.08], atol=1e-9)
 
 

@@ -139,6 +139,11 @@ def test_demonstrations_one_after_the_other(ros, tmp_path):
     assert len(read_bag(marked)) == 1  # discarded, not deleted
     assert not robot.call("discard").success
     assert bag_of(robot.call("start")).name == "002"
+    said = robot.process.output
+    for line in ("ready to record 3 joints, told on /robot/joint_states", "recorded 5 samples"):
+        assert said.count(line) == 1, line
+    assert said.count("recording 3 joints; bag: ") == 3
+    assert said.count("discarded, but not deleted; bag: ") == 1
     assert robot.process.stop() == 0
     assert read_recording(tmp_path / "bags" / "002").whole  # closed in good order by SIGINT
 

@@ -183,6 +183,16 @@ def test_two_iterations(place):
     assert values["iteration"] <= {0.0, 1.0, 2.0}, "nothing while idle"
     assert 2.0 in values["iteration"]
     assert all(np.isfinite(list(each)).all() for each in values.values())
+    for line in (
+        "ready for iteration 0; run directory ",
+        "iteration 0: trial 000 is ",
+        "iteration 1: training the model",
+        "iteration 2: searching the policy",
+        "iteration 2: the robot goes to the start",
+        "iteration 2: the robot tries the policy",
+        "iteration 2: trial 002 is ",
+    ):
+        assert place.learner.output.count(line) == 1, line
 
 
 def test_the_prediction_waits_for_whoever_comes_late(place):

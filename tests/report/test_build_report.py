@@ -42,14 +42,16 @@ def test_report_is_one_page_with_everything(tmp_path: Path) -> None:
     assert page == run / "report" / "index.html"
     html = page.read_text(encoding="utf-8")
     assert html.count("data:image/webp") == 2
-    assert not re.search(r'(src|href)="(?!data:)', html)
+    assert not re.search(r'(src|href)="(?!data:|#)', html)
     assert 'class="note"' not in html
+    assert f"<code>irlpilco report {run}</code>" in html
+    assert "Fastest for its limit" not in html, "its configuration tells no limits"
     assert page.stat().st_size < 6e6
     fractions = [fraction for _, fraction in told]
     assert fractions == sorted(fractions)
     assert (fractions[0], fractions[-1]) == (0.0, 1.0)
     names = {file.name for file in page.parent.iterdir()}
-    for figure in ("error", "weights", "time", "relevance", "debris", "joints_001_position"):
+    for figure in ("error", "weights", "time", "relevance", "debris", "joints_000_position"):
         assert {f"{figure}.svg", f"{figure}.png"} <= names
     assert getattr(Image.open(page.parent / "sweep.webp"), "n_frames", 1) == 7
     strip = np.asarray(Image.open(page.parent / "filmstrip.png"), dtype=float)

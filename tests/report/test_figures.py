@@ -167,6 +167,7 @@ def test_computing_time_is_stacked_and_robot_time_adds_up() -> None:
 def test_figures_name_the_unit_of_the_robot() -> None:
     run = dataclasses.replace(summary(("a", "b")), unit="rad or m", margin_unit="")
     assert position_figure(run, run.last).get_supylabel() == "joint position [rad or m]"
+    assert difference_figure(run, run.last).get_supylabel() == "difference [rad or m]", "short"
     assert "[rad or m]" in error_figure(run).axes[0].get_ylabel()
     assert weights_figure(run).axes[1].get_ylabel() == "margin of the weights"
 

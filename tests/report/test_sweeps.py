@@ -63,11 +63,11 @@ def test_all_three_motions_are_swept_through_the_same_scatterings(seen: list) ->
     assert result.debris is not None
     assert list(result.debris.counts) == [DEMONSTRATION, REPLAY, LEARNED]
     assert len(sweeps.DEBRIS_SEEDS) >= 5
-    ends = (RUN.demonstration[-1, 0], RUN.replay[-1, 0], RUN.last.trial[-1, 0])
+    ends = (RUN.demonstration[-1, 0], RUN.replay[-1, 0], RUN.best.trial[-1, 0])
     expected = [(end, seed) for end in ends for seed in sweeps.DEBRIS_SEEDS]
     np.testing.assert_allclose(seen, expected, atol=2e-3)
     assert list(result.debris.counts[REPLAY]) == list(sweeps.DEBRIS_SEEDS)
-    assert list(result.films) == ["demonstration", "trial 2"]
+    assert list(result.films) == ["demonstration", "trial 0"]
     assert result.notes == ()
 
 
@@ -79,7 +79,7 @@ def test_run_without_replay(seen: list) -> None:
 
 def test_one_arm_is_shown_but_sweeps_nothing(seen: list) -> None:
     result = simulate(summary(("left_s0", "left_w2")))
-    assert list(result.films) == ["demonstration", "trial 2"]
+    assert list(result.films) == ["demonstration", "trial 0"]
     assert result.debris is None
     assert result.notes == ()
     assert seen == []
