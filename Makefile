@@ -17,6 +17,7 @@ endif
 READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 OLDEST := .venv-oldest
+SITE := .venv-site
 # Their coverage is measured; the other tests wait for nodes, which tracing would slow down.
 UNITS := tests/learning tests/control tests/experience
 ARGS :=
@@ -64,11 +65,14 @@ results: $(READY)  ## measure what docs/results.md says; hours, resumable (ARGS=
 docs: $(READY)  ## write msgs_docs/parameters.md from the code
 	$(BIN)/python tools/parameter_tables.py
 
+site: $(SITE)/.ready  ## build the documents as a site, in site/
+	$(SITE)/bin/python tools/build_site.py
+
 lock:  ## resolve requirements/*.in anew
 	tools/lock.sh
 
 clean:  ## remove the environments and what builds left behind; runs/ stays
-	rm -rf .venv .venv-* build install log *.egg-info .*_cache .hypothesis
+	rm -rf .venv .venv-* build site install log *.egg-info .*_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 $(READY): $(LOCK) setup.py setup.cfg tools/set_up.sh
@@ -79,4 +83,9 @@ $(OLDEST)/.ready: requirements/oldest.lock setup.py setup.cfg tools/set_up.sh
 	@tools/set_up.sh $(OLDEST) requirements/oldest.lock
 	@touch $@
 
-.PHONY: help demo test test-oldest lint ruff mypy format benchmark faults results docs lock clean
+$(SITE)/.ready: requirements/site.lock
+	python3 -m venv --clear $(SITE)
+	$(SITE)/bin/python -m pip --disable-pip-version-check install --quiet -r requirements/site.lock
+	@touch $@
+
+.PHONY: help demo test test-oldest lint ruff mypy format benchmark faults results docs site lock clean

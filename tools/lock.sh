@@ -15,3 +15,4 @@ compile() {
 compile wheels.lock project.in ros.in
 compile system-ros.lock project.in oldest.in colcon.in
 compile oldest.lock project.in ros.in oldest.in
+compile site.lock site.in

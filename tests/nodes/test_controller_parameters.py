@@ -39,6 +39,7 @@ BAD_POLICIES: dict[str, tuple[dict[str, Any], str]] = {
         {"policy.predicted_positions": [0.1] * 4, "policy.predicted_deviations": [-0.1] * 4},
         "predicted_deviations holds a number below 0",
     ),
+    "half a demonstration": ({"policy.demonstrated_positions": [0.1] * 3}, "has 3 values"),
     "start outside": ({"start_position": [0.0, 0.99]}, "inside its limits [-1, 1] rad"),
     "start length": ({"start_position": [0.0]}, "1 values for 2 joints"),
 }
