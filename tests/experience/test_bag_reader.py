@@ -55,7 +55,9 @@ def test_a_file_cut_at_any_byte_gives_every_whole_message_before_the_cut(tmp_pat
     # A message is there as soon as the last byte of its chunk is: the chunk ends with its data.
     ends = [content.index(message.data) + len(message.data) for message in messages]
     assert ends == sorted(ends)
-    for size in range(len(content) - 1, -1, -1):
+    # Around every end byte by byte; between them a stride that meets all kinds of places in turn.
+    cuts = {end + off for end in ends for off in (-2, -1, 0, 1)} | set(range(0, len(content), 13))
+    for size in sorted(cuts, reverse=True):
         with file.open("rb+") as stream:
             stream.truncate(size)
         expected = messages[: sum(end <= size for end in ends)]

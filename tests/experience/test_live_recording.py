@@ -265,7 +265,7 @@ def test_what_is_said_of_the_motion_is_what_a_learner_with_these_settings_takes(
 
 
 def test_a_long_recording_costs_little_memory_and_its_end_little_time(tmp_path, monkeypatch):
-    """Of half an hour at 100 Hz, every state a sample, a third; all at full rate, too."""
+    """Some minutes at 100 Hz, every state a sample; all at full rate, too."""
     monkeypatch.setattr(os, "fsync", lambda _: None)
     recording = LiveRecording(tmp_path, JOINTS, 10_000_000, lambda: STATES, lambda: COMMANDS)
     messages = [state(0.1 * step) for step in range(1000)]
@@ -275,14 +275,14 @@ def test_a_long_recording_costs_little_memory_and_its_end_little_time(tmp_path, 
             stamp = START + step * 10_000_000
             recording.take_state(replace(messages[step % 1000], stamp=stamp, received=stamp))
 
-    record(0, 10_000)
+    record(0, 5_000)
     before = memory()
-    record(10_000, 60_000)
-    growth = (memory() - before) / 50_000
+    record(5_000, 25_000)
+    growth = (memory() - before) / 20_000
     begin = time.process_time()
     recording.close()
     assert recording.outcome()[0]
-    assert time.process_time() - begin < 0.5
+    assert time.process_time() - begin < 0.2
     assert growth < 300.0, f"{growth} bytes for each sample"
 
 
