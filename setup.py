@@ -49,8 +49,6 @@ setup(
     },
     entry_points={
         "console_scripts": [f"irlpilco = {NAME}.entry:irlpilco"],
-        # As any other package offers its own: learning/ knows nothing of the simulator.
-        f"{NAME}.features": ["tools = sim_bridge.tool_features:ToolPoints"],
     },
     zip_safe=False,
 )

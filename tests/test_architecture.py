@@ -259,7 +259,7 @@ def test_the_command_line_starts_without_ros_and_simulation():
 
 
 def test_a_robots_settings_load_no_simulation():
-    """Its features may be named `tools`, which are the simulated robot's."""
+    """Its features may be named `tools`, which MuJoCo finds once they are compared."""
     code = (
         "import sys; from irlpilco_ros.experience.robot_settings import RobotSettings; "
         "from irlpilco_ros.learning.settings import declarations; "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -46,9 +47,10 @@ def adapter_of(robot_file: Path, robot: Mapping[str, Any], accepted: AdaptSettin
         InvalidSettingError: a value is wrong, or the file is none.
     """
     values = load_parameters_file(robot_file, "learner")
+    tools = settings_from_parameters(ToolSettings, values)
     return Adapter(
-        from_values(RobotSettings, robot),
-        settings_from_parameters(ToolSettings, values),
+        dataclasses.replace(from_values(RobotSettings, robot), tools=tools),
+        tools,
         settings_from_parameters(ObjectSettings, values),
         accepted,
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
-from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.robot_settings import RobotSettings, robot_from_parameters
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.features import REGISTRY
 from irlpilco_ros.learning.learning_settings import LearningSettings
@@ -85,7 +85,7 @@ def read_robot_settings(path: Path, chosen: Mapping[str, Any] | None = None) -> 
             f"{path} sets {', '.join(misplaced)}, which do not belong in the robot's file; give "
             "the learner's settings with --settings"
         )
-    return settings_from_parameters(RobotSettings, values)
+    return robot_from_parameters(values)
 
 
 def read_learning_settings(path: Path) -> LearningSettings:

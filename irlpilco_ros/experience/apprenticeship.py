@@ -135,6 +135,8 @@ def configuration(
 ) -> dict[str, Any]:
     """Return everything that the results of a run depend on, but for demonstration and trials."""
     values = {**values_of(robot), **values_of(settings)}
+    if robot.features == "tools":  # else they change nothing of what is learned
+        values |= values_of(robot.tools)
     if topic:
         values["joint_states_topic"] = topic
     if window:
@@ -331,8 +333,10 @@ class Apprenticeship:
                 not vouch for the policy; nothing was written.
         """
         index = self.next_index
-        object_pose = None if moved is None else moved.object_pose
-        place = Place(index, object_pose, self._carried(moved, speed), speed)
+        shown = self._carried(moved, speed)
+        place = Place(index, None, shown, speed)
+        if moved is not None:
+            place = Place(index, moved.object_pose, shown, speed, moved.moves[0])
         practice = Practice.carried(self.directory, self._robot, place, self._practices)
         loop, task = self._loop, practice.task
         there = LearningLoop(task, self._settings, loop.trials, loop.last, None, loop.tasks)

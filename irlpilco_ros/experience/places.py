@@ -42,12 +42,15 @@ class Place:
             nobody told where that is.
         shown: The demonstrations, carried over; none if they are done where and as they were shown.
         speed: How many times as fast they are done as they were shown.
+        move: The rigid motion of the object since the first demonstration, in the base frame,
+            (4, 4); None for none.
     """
 
     first: int
     object_pose: Array | None
     shown: tuple[ShownMotion, ...]
     speed: float = 1.0
+    move: Array | None = None
 
     def is_at(self, object_pose: Array | None, speed: float) -> bool:
         """Whether an object in this pose is at this place, and so fast is what is done there."""
@@ -106,6 +109,8 @@ def write_place(path: Path, place: Place) -> None:
     }
     if place.object_pose is not None:
         arrays["object_pose"] = place.object_pose
+    if place.move is not None:
+        arrays["move"] = place.move
     if place.shown:
         joints = place.shown[0].samples.joint_names
         arrays["joints"] = np.asarray(joints, dtype=np.str_)
@@ -151,10 +156,9 @@ def _place(arrays: np.lib.npyio.NpzFile) -> Place:
         samples = Trajectory(joints, stamps, positions, velocities, nothing)
         rollout = Rollout(arrays[f"states_{number}"], arrays[f"controls_{number}"])
         shown.append(ShownMotion(rollout, samples, None, float(arrays[f"begin_{number}"])))
-    object_pose = arrays.get("object_pose")
-    if object_pose is not None and (
-        object_pose.shape != (4, 4) or not np.isfinite(object_pose).all()
-    ):
-        raise ValueError("it holds no pose")
+    object_pose, move = arrays.get("object_pose"), arrays.get("move")
+    for pose in (object_pose, move):
+        if pose is not None and (pose.shape != (4, 4) or not np.isfinite(pose).all()):
+            raise ValueError("it holds no pose")
     speed = float(arrays.get("speed", 1.0))  # it was not told before there were others
-    return Place(int(arrays["first"]), object_pose, tuple(shown), speed)
+    return Place(int(arrays["first"]), object_pose, tuple(shown), speed, move)

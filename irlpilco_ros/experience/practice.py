@@ -20,13 +20,25 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.task import Task
 
 
-def task_of_motions(shown: Sequence[ShownMotion], robot: RobotSettings, speed: float = 1.0) -> Task:
-    """Return the learning problem that checked demonstrations, at a speed, pose to a robot."""
+def task_of_motions(
+    shown: Sequence[ShownMotion],
+    robot: RobotSettings,
+    speed: float = 1.0,
+    move: Array | None = None,
+) -> Task:
+    """Return the learning problem that checked demonstrations pose to a robot.
+
+    Args:
+        shown: The demonstrations.
+        robot: The robot.
+        speed: How many times as fast they are as they were shown.
+        move: How the object has moved since then (4, 4); None if it has not.
+    """
     return Task(
         tuple(each.rollout for each in shown),
         robot.control_period,
         robot.control_limit,
-        robot.feature_map,
+        robot.feature_map if move is None else robot.feature_map.where_moved(move),
         position_noise=robot.position_noise,
         velocity_noise=robot.velocity_noise,
         layout=robot.roles.layout,
@@ -76,7 +88,7 @@ class Practice:
         for other in others:
             if other.is_at(place.object_pose, place.speed):
                 return cls(other.task, other.motions, other.paths, place)
-        task = task_of_motions(place.shown, robot, place.speed)
+        task = task_of_motions(place.shown, robot, place.speed, place.move)
         paths = PathJudge(directory, robot.roles, place.shown, _seconds(task), carried=True)
         return cls(task, place.shown, paths, place)
 

@@ -5,8 +5,9 @@ A second robot is a second YAML file with these keys (see config/baxter.yaml), n
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -14,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from irlpilco_ros.experience.motion import MotionSettings
+from irlpilco_ros.experience.parameters_file import settings_from_parameters
+from irlpilco_ros.kinematics.description_file import kinematics_of
+from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning.errors import InvalidSettingError
-from irlpilco_ros.learning.features import REGISTRY, Features
+from irlpilco_ros.learning.features import REGISTRY, ComparedTools, Features
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
@@ -27,7 +31,9 @@ FAST = 20.0
 class RobotSettings(MotionSettings):
     """Joints, limits and rates of one robot; J joints in the order of the state [q, q_dot].
 
-    Settings of features are in `options`, named `<feature>.<setting>`.
+    Settings of features are in `options`, named `<feature>.<setting>`. The robot's `tools` are
+    settings of their own, and so is the URDF's text that was told on robot_description, its
+    `description`; only features that compare tools need to know them.
 
     Raises:
         InvalidSettingError: a list has another length than `joints`, a joint is named twice,
@@ -106,8 +112,8 @@ class RobotSettings(MotionSettings):
     )
     features: str = setting(
         "joints",
-        "What a motion is compared with the demonstration by. joints: the joint positions; tools: "
-        "where the simulated Baxter's dustpan and brush are.",
+        "What a motion is compared with the demonstration by. joints: the joint positions; motion: "
+        "these and their velocities; tools: where the robot's tools are, seen from the object.",
         choices=REGISTRY.names,
     )
     reset_service: str = setting(
@@ -138,6 +144,8 @@ class RobotSettings(MotionSettings):
         maximum=10.0,
     )
     options: Mapping[str, Any] = extension_settings(REGISTRY.classes)
+    tools: ToolSettings = field(default_factory=ToolSettings)
+    description: str = ""
 
     def __post_init__(self) -> None:
         check(self)
@@ -183,9 +191,14 @@ class RobotSettings(MotionSettings):
 
         Raises:
             InvalidSettingError: these features do not fit the robot.
+            RobotDescriptionError: they need its tools, and these are not known.
         """
         chosen = REGISTRY.get(self.features)
-        return chosen.of_robot(self.roles, options_of(self.options, chosen))
+        return chosen.of_tools(self.roles, options_of(self.options, chosen), self._compared_tools)
+
+    def _compared_tools(self) -> ComparedTools:
+        kinematics = kinematics_of(self.tools, self.joints, self.description)
+        return ComparedTools(kinematics, self.tools.tool_size, self.tools.posture_price)
 
     @cached_property
     def roles(self) -> Joints:
@@ -250,3 +263,9 @@ class RobotSettings(MotionSettings):
         effort = self.command_interface == "effort"
         limit = np.array(self.effort_limit if effort else self.velocity_limit)
         return limit[self.roles.commanded_columns]
+
+
+def robot_from_parameters(parameters: Mapping[str, Any]) -> RobotSettings:
+    """Return the robot of ROS parameters, with its tools; errors as `settings_from_parameters`."""
+    robot = settings_from_parameters(RobotSettings, parameters)
+    return dataclasses.replace(robot, tools=settings_from_parameters(ToolSettings, parameters))

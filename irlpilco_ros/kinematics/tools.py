@@ -55,6 +55,25 @@ class ToolSettings:
         unit="rad",
     )
 
+    tool_size: float = setting(
+        0.1,
+        "With features: tools, how far from each tool, along its x and y, the second and third "
+        "point are by which it is compared: more lets its turn count more beside its place; 0: "
+        "only its place counts.",
+        unit="m",
+        minimum=0.0,
+        maximum=10.0,
+    )
+    posture_price: float = setting(
+        0.1,
+        "With features: tools, what a joint that is off counts beside the tools: it keeps the "
+        "joints near the demonstrated posture where the tools leave them free; 0: they may go "
+        "anywhere.",
+        unit="m/rad",
+        minimum=0.0,
+        maximum=10.0,
+    )
+
     def __post_init__(self) -> None:
         check(self)
         if len(set(self.tools)) != len(self.tools):

@@ -6,6 +6,7 @@ stops at once, whatever it is doing. What it has done is in the run directory on
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
 import time
@@ -33,6 +34,7 @@ from irlpilco_ros.experience.object_pose import ObjectSettings
 from irlpilco_ros.experience.practice import Plan
 from irlpilco_ros.experience.robot_settings import RobotSettings
 from irlpilco_ros.experience.run_directory import RunDirectory
+from irlpilco_ros.kinematics.errors import RobotDescriptionError
 from irlpilco_ros.kinematics.rigid_motion import mean_pose
 from irlpilco_ros.kinematics.tools import ToolSettings
 from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
@@ -221,14 +223,19 @@ class Learner(SuiteNode):
                 raise
             self.get_logger().warning(f"{error}; set the parameter demonstration to another one")
             return f"waiting for another demonstration: {error}"
+        except RobotDescriptionError as error:
+            if self._tools.urdf:
+                raise
+            return f"waiting for robot_description: {error}"
 
     def _open(self) -> Apprenticeship:
         """Read where the run stands, with the parameters as they are now."""
         self._close()
+        robot = dataclasses.replace(self._robot, tools=self._tools, description=self._told_urdf)
         self._run = Apprenticeship.open(
             Path(self._where.run_directory),
             Path(self._where.demonstration) if self._where.demonstration else None,
-            self._robot,
+            robot,
             self._settings,
             self._where.joint_states_topic,
             self._where.demonstration_window,
@@ -355,11 +362,15 @@ class Learner(SuiteNode):
 
     @property
     def _adapter(self) -> Adapter:
-        told = ""
         if self._description is not None:
             self._description.catch_up()
-            told = self._description.text
-        return Adapter(self._robot, self._tools, self._object, self._accepted, told)
+        urdf = self._told_urdf
+        return Adapter(self._robot, self._tools, self._object, self._accepted, urdf)
+
+    @property
+    def _told_urdf(self) -> str:
+        """The robot's description as it was told on robot_description; "" if it was not."""
+        return "" if self._description is None else self._description.text
 
     async def _first_seen(self) -> Array | None:
         """Return where the object is; a first pose that is under way is waited for."""

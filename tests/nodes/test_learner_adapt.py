@@ -161,8 +161,9 @@ def test_a_run_goes_where_its_object_goes(ros, tmp_path):
 
 def test_a_parameter_tells_where_nobody_publishes(ros, tmp_path):
     pose = [0.47, 0.41, 0.0, 0.0, 0.0, 0.25]
-    work = Workplace(ros, tmp_path)
+    work = Workplace(ros, tmp_path, features="tools")  # compared by where the pen is
     assert ros.trigger("learn_iteration").success
+    assert work.run.configuration()["posture_price"] == 0.1
     assert ros.set_parameters("learner", {"object_pose": pose}).successful
     moved = ros.trigger("learn_iteration")
     assert "the object has moved by 0.032 m and 0.050 rad" in moved.message

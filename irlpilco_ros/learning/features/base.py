@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,26 @@ class Features(Extension, ABC):
             InvalidSettingError: they do not fit the robot.
         """
         raise NotImplementedError(f"{cls.__name__} cannot be chosen by name: it lacks of_robot")
+
+    @classmethod
+    def of_tools(cls, joints: Joints, settings: Any, tools: Callable[[], Any]) -> Features:
+        """Return the features of a robot with these joints and tools; most need no tools.
+
+        Args:
+            joints: As for `of_robot`, like settings and errors.
+            settings: Likewise.
+            tools: Returns what is known of its tools (`tool_points.ComparedTools`), or raises if
+                too little is.
+        """
+        return cls.of_robot(joints, settings)
+
+    def where_moved(self, move: Array) -> Features:
+        """Return the features where the object is now; those of joints do not see it.
+
+        Args:
+            move: The rigid motion of the object since it was shown, in the base frame, (4, 4).
+        """
+        return self
 
     @property
     def size(self) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
 from irlpilco_ros.experience.path_quality import MotionPath, path_quality
-from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.robot_settings import RobotSettings, robot_from_parameters
 from irlpilco_ros.learning import Iteration, LearningSettings, Rollout, Task, apprenticeship, judge
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.learn import weigh
@@ -102,15 +102,20 @@ def learning_run(robot: str, settings: LearningSettings, iterations: int, featur
 
 
 def sweep_task(shown: Rollout, features: str = "joints") -> Task:
-    """Return the task of imitating a sweep that was shown, by features of this name."""
-    robot = dataclasses.replace(baxter(), features=features)
+    """Return the task of imitating a sweep that was shown, by features of this name.
+
+    Of tools it is their places alone: not how they are turned, nor the posture.
+    """
+    robot = baxter()
+    places = dataclasses.replace(robot.tools, tool_size=0.0, posture_price=0.0)
+    robot = dataclasses.replace(robot, features=features, tools=places)
     return Task((shown,), robot.control_period, robot.control_limit, robot.feature_map)
 
 
 def baxter() -> RobotSettings:
     """Return the settings of config/baxter.yaml."""
     values = load_parameters_file(config_file("baxter.yaml"), "learner")
-    return settings_from_parameters(RobotSettings, values)
+    return robot_from_parameters(values)
 
 
 def thesis_settings() -> LearningSettings:

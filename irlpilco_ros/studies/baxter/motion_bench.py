@@ -8,7 +8,7 @@ import numpy as np
 
 from irlpilco_ros.control.motions import ActingPolicy
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
-from irlpilco_ros.experience.robot_settings import RobotSettings
+from irlpilco_ros.experience.robot_settings import RobotSettings, robot_from_parameters
 from irlpilco_ros.experience.smoothing import smoothed_states
 from irlpilco_ros.learning import LearningSettings, Rollout, Task
 from irlpilco_ros.resources import config_file
@@ -33,7 +33,7 @@ def sweep_settings() -> LearningSettings:
 
 def robot_settings(period: float) -> RobotSettings:
     """Return the robot and what of it is imitated, by the same file, with a control period [s]."""
-    return settings_from_parameters(RobotSettings, {**_parameters(), "control_period": period})
+    return robot_from_parameters({**_parameters(), "control_period": period})
 
 
 def _parameters() -> dict[str, Any]:
