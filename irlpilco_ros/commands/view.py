@@ -30,7 +30,8 @@ examples:
   irlpilco view runs/demo
   irlpilco view runs/demo --no-browser --port 8123
   irlpilco view recordings/000 --robot my_robot.yaml
-  irlpilco view runs/demo --live             follows the robot that runs now
+  irlpilco view runs/demo --live             follows the robot that runs now, in a trial beside
+                                             what was demonstrated
 """
 
 

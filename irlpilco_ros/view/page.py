@@ -52,6 +52,7 @@ class Page:
         self._ghost = RobotDrawing(server, "ghost", links, GHOST)
         self._playing = False
         self._live: dict[str, float] = {}
+        self._live_ghost: dict[str, float] = {}
         _set_scene(server)
         gui = server.gui
         gui.configure_theme(control_width="large", show_logo=False)
@@ -81,12 +82,23 @@ class Page:
                 self._time.value = 0.0 if later > self._end else later
                 self._show_time()
 
-    def follow(self, positions: dict[str, float], words: str) -> None:
-        """Show the running robot instead of a motion: positions [rad] by joint, and a line."""
+    def follow(self, positions: dict[str, float], shown: dict[str, float], words: str) -> None:
+        """Show the running robot instead of a motion.
+
+        Args:
+            positions: By joint [rad].
+            shown: Where the joints were shown to be at this moment of a trial [rad]: the ghost is
+                there; empty while nobody says.
+            words: A line on what is going on.
+        """
         moved = [abs(positions[name] - self._live.get(name, np.inf)) for name in positions]
         if max(moved, default=0.0) > _VISIBLE:
             self._live = positions
             self._robot.move(positions)
+        if shown and shown != self._live_ghost:
+            self._live_ghost = shown
+            self._ghost.root.visible = bool(self._show_ghost.value)
+            self._ghost.move(shown)
         if words != self._words.content:
             self._words.content = words
 

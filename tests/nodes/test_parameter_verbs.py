@@ -99,6 +99,21 @@ def test_what_is_dumped_can_be_loaded_and_started_with(ros, tmp_path, name, robo
     assert dump(ros, name) == before
 
 
+def test_a_learner_that_has_a_run_takes_its_own_dump(ros, tmp_path):
+    """The demonstration is set anew by it, to what it is."""
+    run, shown = str(tmp_path / "run"), str(Path("bags/sweep/demonstration").absolute())
+    ros.start(
+        NODES["learner"],
+        files=["config/baxter.yaml", "config/sweep.yaml"],
+        parameters={"run_directory": run, "demonstration": shown},
+    )
+    before = dump(ros, "learner")
+    assert (before["run_directory"], before["demonstration"]) == (run, shown)
+    path = write(tmp_path / "dump.yaml", "learner", before)
+    assert [result.reason for result in load(ros, "learner", path) if not result.successful] == []
+    assert dump(ros, "learner") == before
+
+
 # Numbers that YAML, ROS and Python write in ways of their own. Smaller ones ROS does not read.
 AWKWARD = np.array([1e-05, 0.1 + 0.2, 2.3e-308, 1e22, -0.0, 1 / 3, 2e-16, 1.0])
 

@@ -143,6 +143,17 @@ def test_the_page_shows_what_is_chosen(page):
     assert page._time.value != 1.5
 
 
+def test_a_running_robot_takes_the_place_of_the_motion_and_what_was_shown_that_of_its_ghost(page):
+    page.follow({"shoulder": 0.5}, {"shoulder": 0.6}, "**live**")
+    ghost = np.array(page._ghost._joints["shoulder"][1].wxyz)
+    assert np.abs(ghost - turned(page)).max() > 0.01
+    before = turned(page)
+    page._time.value = 1.5
+    page._show_time()
+    np.testing.assert_array_equal(turned(page), before)
+    assert page._words.content == "**live**"
+
+
 @pytest.mark.skipif(BROWSER is None, reason="there is no chromium")
 def test_it_loads_without_errors_and_the_slider_moves_the_robot(page, tmp_path):
     tab = Tab(tmp_path / "profile", f"http://127.0.0.1:{page._server.get_port()}")
