@@ -131,13 +131,23 @@ def weigh(
     if task.cost is not None:
         return np.empty(0), math.nan
     way = _way(settings, settings.imitation)
+    owns = tasks or [task] * len(trials)
     deviations = [
         way.deviation(_differences(task, own, trial))
-        for own, trial in zip(tasks or [task] * len(trials), trials, strict=True)
+        for own, trial in zip(owns, trials, strict=True)
     ]
-    weights, margin = WEIGHT_RULES[settings.weight_rule](np.stack(deviations))
+    expert = [_own_deviation(task, own, way) for own in owns]
+    rule = WEIGHT_RULES[settings.weight_rule]
+    weights, margin = rule(np.stack(deviations), np.stack(expert))
     lifted = np.maximum(weights, settings.weight_floor * weights.max())
     return lifted / np.linalg.norm(lifted), margin
+
+
+def _own_deviation(task: Task, own: Task, way: Imitation) -> Array:
+    """Return psi_E (k,), the mean of the deviations of the demonstrations from their mean."""
+    shown = [way.deviation(_differences(task, own, each)) for each in own.demonstrations]
+    deviation: Array = np.mean(shown, axis=0)
+    return deviation
 
 
 def _differences(task: Task, own: Task, trial: Rollout) -> Array:

@@ -136,9 +136,10 @@ class LearningSettings:
     weight_rule: str = setting(
         "max_margin",
         "How much each feature counts, from the trials so far. max_margin and projection: most "
-        "where all trials were off; latest: most where the last one was (thesis); uniform: all "
-        "the same.",
-        choices=("max_margin", "projection", "latest", "uniform"),
+        "where all trials were off; max_margin_spread: where they were off by more than several "
+        "demonstrations differ among themselves; latest: most where the last one was (thesis); "
+        "uniform: all the same.",
+        choices=("max_margin", "max_margin_spread", "projection", "latest", "uniform"),
     )
     weight_floor: float = setting(
         0.1,

@@ -4,6 +4,12 @@ The expert's deviation from itself is zero, and the cost is linear in a trial's 
 deviations psi. Max-margin is then: max t s.t. w'psi_j >= t for every trial j, |w| <= 1. Its dual
 is the point v of least norm in the convex hull of the psi_j: w = v / |v|, t = |v|. So w >= 0,
 and the margin t never grows when a trial is added.
+
+Of several demonstrations none is their mean: the expert has a deviation psi_E of his own, the mean
+of theirs. Abbeel & Ng's margin is over that, w'psi_j >= w'psi_E + t (`max_margin_spread`); in what
+the demonstrations differ more than the trials are off, no trial can be told from them, and w >= 0
+has to be asked for (that signs of weights are known is from Syed & Schapire 2008). Its dual is the
+point of least norm among those that no mixture of psi_j - psi_E exceeds: its positive part.
 """
 
 from __future__ import annotations
@@ -15,6 +21,7 @@ import numpy as np
 from irlpilco_ros.learning.numerics.arrays import Array
 
 _SMALLEST_MARGIN = 1e-300
+_ROUNDING = 1e-12
 
 
 def max_margin(deviations: Array) -> tuple[Array, float]:
@@ -28,6 +35,24 @@ def max_margin(deviations: Array) -> tuple[Array, float]:
         deviation at all, the weights are equal and the margin is 0.
     """
     return _weights_and_margin(minimum_norm_point(deviations))
+
+
+def max_margin_spread(deviations: Array, expert: Array) -> tuple[Array, float]:
+    """Return the weights that tell the demonstrations, as they differ, from all trials at best.
+
+    Args:
+        deviations: psi_j >= 0 of every trial j, shape (n, k).
+        expert: psi_E >= 0, the mean deviation of the demonstrations from their mean, as it is to be
+            compared with each trial, shape (n, k); zeros for a single one: it is `max_margin` then.
+
+    Returns:
+        Weights w >= 0 with |w| = 1, shape (k,), and the margin. If a mixture of trials is nowhere
+        further off than the demonstrations, the weights are equal and the margin is 0.
+    """
+    excess = deviations - expert
+    point = minimum_norm_point(excess, or_above=True)
+    point[point <= _ROUNDING * np.abs(excess).max()] = 0.0
+    return _weights_and_margin(point)
 
 
 def projection(deviations: Array) -> tuple[Array, float]:
@@ -57,31 +82,49 @@ def uniform(deviations: Array) -> tuple[Array, float]:
     return weights, float((deviations @ weights).min())
 
 
-WEIGHT_RULES: Mapping[str, Callable[[Array], tuple[Array, float]]] = {
-    "max_margin": max_margin,
-    "projection": projection,
-    "latest": latest,
-    "uniform": uniform,
+def _of_trials_alone(rule: Callable[[Array], tuple[Array, float]]) -> WeightRule:
+    """Return a rule that takes the demonstrations for one."""
+    return lambda deviations, _: rule(deviations)
+
+
+WeightRule = Callable[[Array, Array], tuple[Array, float]]
+"""From psi_j of all trials (n, k) and psi_E beside each (n, k) to weights (k,) and margin."""
+
+WEIGHT_RULES: Mapping[str, WeightRule] = {
+    "max_margin": _of_trials_alone(max_margin),
+    "max_margin_spread": max_margin_spread,
+    "projection": _of_trials_alone(projection),
+    "latest": _of_trials_alone(latest),
+    "uniform": _of_trials_alone(uniform),
 }
 
 
-def minimum_norm_point(points: Array) -> Array:
+def minimum_norm_point(points: Array, or_above: bool = False) -> Array:
     """Return the point of least Euclidean norm in the convex hull of points (n, k).
 
     Non-negative least squares finds the mixture: minimise |P'c|^2 + (1'c - 1)^2 over c >= 0,
     whose solution is the wanted mixture up to its length.
+
+    Args:
+        points: Shape (n, k).
+        or_above: Whether the points above the hull count, too, v >= P'c: minimise
+            |P'c + s|^2 + (1'c - 1)^2 over s >= 0 as well.
     """
     from scipy import optimize  # late: it takes as long as all else here
 
     size = float(np.abs(points).max())
     if size == 0.0:
         return np.zeros(points.shape[1])
-    system = np.vstack([points.T / size, np.ones(len(points))])
+    count, k = points.shape
+    system = np.vstack([points.T / size, np.ones(count)])
+    if or_above:
+        system = np.hstack([system, np.eye(k + 1, k)])
     target = np.zeros(len(system))
     target[-1] = 1.0
     mixture, _ = optimize.nnls(system, target)
-    point: Array = (mixture / mixture.sum()) @ points
-    return point
+    shares = mixture[:count] / mixture[:count].sum()
+    point: Array = shares @ points
+    return np.maximum(point, 0.0) if or_above else point
 
 
 def _weights_and_margin(point: Array) -> tuple[Array, float]:

@@ -172,6 +172,29 @@ def test_weights_are_scaled_and_floored():
     assert np.linalg.norm(floored) == pytest.approx(1.0)
 
 
+def test_beyond_the_spread_weights_leave_out_what_demonstrations_differ_in():
+    """Only by as much as the first joint was off can this trial be told from what was shown."""
+    shown = toy_demonstration(0)
+    aside = np.zeros(2 * JOINTS)
+    aside[1] = 0.2
+    runs = tuple(Rollout(shown.states + off * aside, shown.controls) for off in (-1.0, 0.0, 1.0))
+    task = dataclasses.replace(toy_task(), demonstrations=runs)
+    trial = Rollout(shown.states + 0.1, np.zeros((HORIZON, JOINTS)))
+    bare = dataclasses.replace(SETTINGS, weight_floor=0.0)
+    alike, _ = weigh(task, bare, [trial])
+    np.testing.assert_allclose(alike, np.full(JOINTS, JOINTS**-0.5))
+    spread = dataclasses.replace(bare, weight_rule="max_margin_spread")
+    weights, margin = weigh(task, spread, [trial])
+    others = np.arange(JOINTS) != 1
+    np.testing.assert_allclose(weights, others / np.sqrt(others.sum()))
+    assert margin == pytest.approx(HORIZON * 0.01 * np.sqrt(others.sum()))
+    single = dataclasses.replace(task, demonstrations=runs[:1])
+    for told, expected in zip(
+        weigh(single, spread, [trial]), weigh(single, bare, [trial]), strict=True
+    ):
+        np.testing.assert_allclose(told, expected)
+
+
 def test_trials_that_do_not_fit_are_refused():
     task, trials, _ = run(SETTINGS, 0)
     with pytest.raises(InvalidSettingError, match="at least one trial"):

@@ -9,6 +9,7 @@ from irlpilco_ros.learning.weight_rules import (
     WEIGHT_RULES,
     latest,
     max_margin,
+    max_margin_spread,
     minimum_norm_point,
     projection,
     uniform,
@@ -66,6 +67,53 @@ def test_the_margin_never_increases_with_another_trial(points):
     assert (np.diff(margins) <= 1e-6 * max(points.max(), 1e-9)).all()
 
 
+@settings(deadline=None)
+@given(DEVIATIONS)
+def test_beside_a_single_demonstration_there_is_no_spread_to_look_beyond(points):
+    found, alone = max_margin_spread(points, np.zeros_like(points)), max_margin(points)
+    np.testing.assert_allclose(found[0], alone[0], atol=1e-6)
+    assert found[1] == pytest.approx(alone[1])
+
+
+def test_what_the_demonstrations_do_not_agree_on_tells_no_trial_apart():
+    trials, expert = np.array([[4.0, 9.0], [3.0, 16.0]]), np.array([[0.0, 25.0], [0.0, 25.0]])
+    weights, margin = max_margin_spread(trials, expert)
+    np.testing.assert_allclose(weights, [1.0, 0.0])
+    assert margin == pytest.approx(3.0)
+    assert max_margin(trials)[0][1] > 0.9, "to that it is the very feature that counts most"
+
+
+def test_trials_that_are_nowhere_further_off_than_the_demonstrations_have_no_margin():
+    weights, margin = max_margin_spread(np.array([[1.0, 2.0]]), np.array([[1.0, 3.0]]))
+    np.testing.assert_allclose(weights, np.ones(2) / np.sqrt(2))
+    assert margin == 0.0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_max_margin_beyond_the_spread_agrees_with_a_generic_solver(seed):
+    """max t s.t. w'(psi_j - psi_E) >= t, |w| <= 1, w >= 0."""
+    rng = np.random.default_rng(seed)
+    points = rng.exponential(size=(rng.integers(1, 9), rng.integers(2, 8)))
+    expert = np.tile(0.7 * rng.exponential(size=points.shape[1]), (len(points), 1))
+    weights, margin = max_margin_spread(points, expert)
+    k, excess = points.shape[1], points - expert
+    start = np.append(np.full(k, 0.5 / np.sqrt(k)), -1.0)
+    result = optimize.minimize(
+        lambda x: -x[-1],
+        start,
+        constraints=[
+            {"type": "ineq", "fun": lambda x: excess @ x[:-1] - x[-1]},
+            {"type": "ineq", "fun": lambda x: 1.0 - x[:-1] @ x[:-1]},
+        ],
+        bounds=[(0.0, None)] * k + [(None, None)],
+        method="SLSQP",
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    assert margin == pytest.approx(result.x[-1], rel=1e-5, abs=1e-6)
+    if margin > 0.0:
+        np.testing.assert_allclose(weights, result.x[:-1], atol=1e-3)
+
+
 @pytest.mark.parametrize("rule", WEIGHT_RULES)
 def test_every_rule_gives_unit_weights_and_a_finite_margin(rule):
     rng = np.random.default_rng(0)
@@ -75,7 +123,7 @@ def test_every_rule_gives_unit_weights_and_a_finite_margin(rule):
         np.ones((3, 4)),
         1e-9 * np.ones((1, 4)),
     ):
-        weights, margin = WEIGHT_RULES[rule](points)
+        weights, margin = WEIGHT_RULES[rule](points, np.zeros_like(points))
         assert np.linalg.norm(weights) == pytest.approx(1.0)
         assert (weights >= 0.0).all()
         assert margin >= 0.0
