@@ -17,6 +17,7 @@ EXPERIMENTS = (
     "perturbations",
     "debris",
     "hands",
+    "elbows",
     "second_robot",
     "ablation",
     "reproduce",
@@ -27,8 +28,8 @@ EPILOG = """\
 baxter     the sweep on a simulated Baxter: the whole path of the arm on robots as they come,
            miscalibrated and late, beside iterative learning control; the sweep at other places
            and speeds; other control periods; robot time, perturbations against replay, tracking and
-           cloning, debris in the pan, hand features, ablation, and the thesis's own settings
-           and methods over 15 iterations
+           cloning, debris in the pan, hand features, demonstrations that differ in an elbow,
+           ablation, and the thesis's own settings and methods over 15 iterations
 
 Every run is a file OUT/EXPERIMENT/CONDITION/SEED.json; a study that was stopped goes on with those
 that are missing. All runs over ten seeds take some hours on two cores; the headline a quarter of

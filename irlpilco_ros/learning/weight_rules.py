@@ -5,11 +5,13 @@ deviations psi. Max-margin is then: max t s.t. w'psi_j >= t for every trial j, |
 is the point v of least norm in the convex hull of the psi_j: w = v / |v|, t = |v|. So w >= 0,
 and the margin t never grows when a trial is added.
 
-Of several demonstrations none is their mean: the expert has a deviation psi_E of his own, the mean
-of theirs. Abbeel & Ng's margin is over that, w'psi_j >= w'psi_E + t (`max_margin_spread`); in what
-the demonstrations differ more than the trials are off, no trial can be told from them, and w >= 0
-has to be asked for (that signs of weights are known is from Syed & Schapire 2008). Its dual is the
-point of least norm among those that no mixture of psi_j - psi_E exceeds: its positive part.
+Several demonstrations are not their mean, psi = 0, themselves: the expert's own deviation psi_E is
+the mean of theirs, as Abbeel & Ng's feature expectations of the expert are. Over that the margin is
+max t s.t. w'(psi_j - psi_E) >= t, |w| <= 1, w >= 0 (`max_margin_spread`). Where demonstrations
+differ by more than trials are off, psi_j < psi_E, and w >= 0 has to be asked for: a deviation never
+earns anything (that the signs of weights are known is Syed & Schapire's assumption, 2007). The dual
+is the point v of least norm that lies in the convex hull of the psi_j - psi_E, or above a point of
+it: features that tell no trial from what was shown get no weight.
 """
 
 from __future__ import annotations
@@ -47,7 +49,8 @@ def max_margin_spread(deviations: Array, expert: Array) -> tuple[Array, float]:
 
     Returns:
         Weights w >= 0 with |w| = 1, shape (k,), and the margin. If a mixture of trials is nowhere
-        further off than the demonstrations, the weights are equal and the margin is 0.
+        further off than the demonstrations, the weights are equal and the margin is 0: by no cost
+        that is a weighted sum of these features does the expert do better.
     """
     excess = deviations - expert
     point = minimum_norm_point(excess, or_above=True)

@@ -8,7 +8,7 @@ brush past the pile. Which weights of tools and posture find out what matters?
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +19,7 @@ from irlpilco_ros.experience.path_quality import path_quality
 from irlpilco_ros.kinematics.carried_path import LIMIT_MARGIN
 from irlpilco_ros.kinematics.description_file import kinematics_of
 from irlpilco_ros.kinematics.inverse import solve
-from irlpilco_ros.learning import LearningLoop, LearningSettings, Rollout, Task
+from irlpilco_ros.learning import LearningLoop, Rollout, Task
 from irlpilco_ros.learning.joints import PolicyOf
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.studies.baxter.debris import PIECES, pieces_in_pan
@@ -72,6 +72,9 @@ VARIANTS = {
     "joints and speeds, max margin": Variant("motion", 1.0),
     "price 1, uniform": Variant("tools", 1.0, {"weight_rule": "uniform"}),
     "price 1, max margin": Variant("tools", 1.0, {"weight_rule": "max_margin"}),
+    "price 1, max margin, floor 0.01": Variant(
+        "tools", 1.0, {"weight_rule": "max_margin", "weight_floor": 0.01}
+    ),
     "price 1, max margin beyond the spread": Variant(
         "tools", 1.0, {"weight_rule": "max_margin_spread"}
     ),
@@ -82,6 +85,14 @@ VARIANTS = {
 }
 """What stands in the table, by its name there."""
 
+MEASURES: dict[str, tuple[Callable[[dict[str, Any]], float], float, str]] = {
+    "brush tip [mm]": (lambda row: row["tools"][1], 1e3, ".1f"),
+    "pan lip [mm]": (lambda row: row["tools"][0], 1e3, ".1f"),
+    f"pieces of {PIECES}": (lambda row: row["pieces"], 1.0, ".3g"),
+    "joints [mrad]": (lambda row: row["joints"], 1e3, ".1f"),
+}
+"""What is told of a trial there: the number in its row, and scale and form to print it."""
+
 
 def jobs(seeds: Sequence[int]) -> list[Job]:
     """Return all jobs."""
@@ -91,26 +102,23 @@ def jobs(seeds: Sequence[int]) -> list[Job]:
 def elbows_job(variant: str, seed: int, iterations: int = ITERATIONS) -> Job:
     """Return the job of a variant of `VARIANTS`; arguments as `elbows_run`."""
     condition = variant.replace(",", "").replace(" ", "_")
-    arguments = {"variant": variant, "seed": seed, "iterations": iterations}
+    arguments = {"variant": VARIANTS[variant], "seed": seed, "iterations": iterations}
     return Job(EXPERIMENT, condition, seed, elbows_run, arguments)
 
 
-def elbows_run(variant: str, seed: int, iterations: int) -> Result:
+def elbows_run(variant: Variant, seed: int, iterations: int) -> Result:
     """Learn the sweep from demonstrations that differ in an elbow.
 
     Args:
-        variant: A key of `VARIANTS`.
+        variant: What is compared, and how it is weighed.
         seed: Of the robot, its noise, the debris and learning.
         iterations: Learned policies, each tried once.
 
     Returns:
         "rows": of each trial what `ElbowBench.run` tells, and the "weights" it was learned with.
     """
-    chosen = VARIANTS[variant]
-    bench = ElbowBench(seed, chosen)
-    settings: LearningSettings = dataclasses.replace(
-        sweep_settings(), seed=seed, threads=1, **chosen.changes
-    )
+    bench = ElbowBench(seed, variant)
+    settings = dataclasses.replace(sweep_settings(), seed=seed, threads=1, **variant.changes)
     loop = LearningLoop(bench.task, settings)
     rows = []
     for _ in range(iterations + 1):

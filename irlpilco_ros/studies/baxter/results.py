@@ -10,6 +10,7 @@ import numpy as np
 from irlpilco_ros.studies.baxter import (
     ablation,
     debris,
+    elbows,
     hands,
     headline,
     motion,
@@ -127,6 +128,19 @@ def _within(runs: Sequence[Sequence[Result]], bar: tuple[int, float], point: int
     return f"{held} of {len(runs)}"
 
 
+def elbows_table(store: ResultStore, seeds: Sequence[int]) -> str:
+    """Return tools, pieces and joints over the iterations, by each way to weigh what was shown."""
+    iterations = (1, 3, 5)
+    rows = []
+    for measure, (of, scale, form) in elbows.MEASURES.items():
+        for variant in elbows.VARIANTS:
+            jobs = [elbows.elbows_job(variant, seed) for seed in seeds]
+            runs = [run for found in by_condition(store, jobs).values() for run in found]
+            cells = [spread([of(run["rows"][k]) for run in runs], scale, form) for k in iterations]
+            rows.append([f"{measure}: {variant}", *cells, str(len(runs))])
+    return markdown(["", *[f"k = {k}" for k in iterations], "seeds"], rows)
+
+
 def speeds_table(store: ResultStore, seeds: Sequence[int]) -> str:
     """Return the error of the path [mrad] at other speeds than the shown one, and the pieces."""
     rows = []
@@ -214,6 +228,7 @@ EXPERIMENTS = {
     perturbations.EXPERIMENT: Experiment(perturbations.jobs, perturbations_table),
     debris.EXPERIMENT: Experiment(debris.jobs, debris_table),
     hands.EXPERIMENT: Experiment(hands.jobs, hands_table),
+    elbows.EXPERIMENT: Experiment(elbows.jobs, elbows_table),
     second_robot.EXPERIMENT: Experiment(second_robot.jobs, second_robot_table),
     ablation.EXPERIMENT: Experiment(ablation.jobs, ablation_table),
     reproduce.EXPERIMENT: Experiment(reproduce.jobs, reproduce_table),
