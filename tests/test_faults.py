@@ -66,11 +66,16 @@ def test_a_try_stops_the_robot_and_loses_nothing():
     assert outcome.lost == 0
     assert outcome.stopped_after is not None
     assert 0.0 < outcome.stopped_after < UNDISTURBED + 3.0
-    with workplace() as place:
-        outcome = place.run(lambda _: None, ends_trial=False)
-        assert outcome == Outcome("the trial goes on", None, 0)
-        place.lost(place.bag)
-        [file] = place.bag.glob("*.mcap")
-        with file.open("rb+") as storage:
-            storage.truncate(file.stat().st_size // 2)
-        assert place.lost(place.bag) > 0
+    for _ in range(3):  # where a busy computer is late with joint states, stopping is right
+        with workplace() as place:
+            outcome = place.run(lambda _: None, ends_trial=False)
+            if "no joint state for" in outcome.told:
+                continue
+            assert outcome == Outcome("the trial goes on", None, 0)
+            place.lost(place.bag)
+            [file] = place.bag.glob("*.mcap")
+            with file.open("rb+") as storage:
+                storage.truncate(file.stat().st_size // 2)
+            assert place.lost(place.bag) > 0
+            return
+    pytest.fail(outcome.told)
