@@ -71,8 +71,9 @@ def test_the_margin_never_increases_with_another_trial(points):
 @given(DEVIATIONS)
 def test_beside_a_single_demonstration_there_is_no_spread_to_look_beyond(points):
     found, alone = max_margin_spread(points, np.zeros_like(points)), max_margin(points)
-    np.testing.assert_allclose(found[0], alone[0], atol=1e-6)
-    assert found[1] == pytest.approx(alone[1])
+    assert found[1] == pytest.approx(alone[1], abs=1e-9 * max(points.max(), 1e-9))
+    if alone[1] > 1e-9 * points.max():  # else a mixture of trials is as shown, to rounding
+        np.testing.assert_allclose(found[0], alone[0], atol=1e-6)
 
 
 def test_what_the_demonstrations_do_not_agree_on_tells_no_trial_apart():
