@@ -17,8 +17,12 @@ from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
 
-_HELD = 0.94
-"""Part of the last trial that its band is made to hold: the next one lies a little closer."""
+_HELD, _HELD_LESS = 0.975, 0.13
+"""Of the trial of iteration k its band is made to hold 0.975 - 0.13 / k: the next one lies closer,
+and by more the less was known before (see docs/results.md for what the bands hold then)."""
+
+_SECOND = 1.1
+"""How much wider the second learned policy's band is than its model says, before any trial tells."""
 
 _SMALLEST = 0.1
 
@@ -42,8 +46,10 @@ def measured_deviations(
 
 
 def _scale(task: Task, previous: Iteration | None, trials: Sequence[Rollout]) -> float:
-    if previous is None or not previous.predicted_means.size or previous.index < _FIRST:
-        return 1.0  # its prediction is not told, or tells nothing
+    if previous is None or not previous.predicted_means.size:
+        return 1.0  # its prediction is not told
+    if previous.index < _FIRST:
+        return _SECOND
     uncorrected = _uncorrected(task, previous.predicted_covariances)
     positions = task.state_size // 2  # what is shown and watched
     if previous.index >= len(trials):
@@ -53,7 +59,8 @@ def _scale(task: Task, previous: Iteration | None, trials: Sequence[Rollout]) ->
     angles = list(task.state_layout.angles)
     off[:, angles] = np.arctan2(np.sin(off[:, angles]), np.cos(off[:, angles]))
     ratios = np.abs(off) / uncorrected
-    return max(float(np.quantile(ratios[1:, :positions], _HELD)) / 2.0, _SMALLEST)
+    held = _HELD - _HELD_LESS / previous.index
+    return max(float(np.quantile(ratios[1:, :positions], held)) / 2.0, _SMALLEST)
 
 
 def _uncorrected(task: Task, covariances: Array) -> Array:
