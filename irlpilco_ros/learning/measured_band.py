@@ -22,7 +22,7 @@ _HELD, _HELD_LESS = 0.975, 0.13
 and by more the less was known before (see docs/results.md for what the bands hold then)."""
 
 _SECOND = 1.1
-"""How much wider the second learned policy's band is than its model says, before any trial tells."""
+"""How much wider than the model says the band of k = 2 is, before any trial tells."""
 
 _SMALLEST = 0.1
 
