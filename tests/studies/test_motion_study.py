@@ -167,10 +167,19 @@ def test_table_of_the_path_and_its_bars(store, capsys):
     assert "| default: path [mrad] at k = 7 | ≤ 1.2 | 1.0 (0.1 to 1.9) | 1 of 2 | no |" in text
     assert "| delayed: path [mrad] at k = 7 | ≤ 5 | 1.0 | 1 of 1 | yes |" in text
     assert "| miscalibrated: path [mrad] at k = 7 | ≤ 1.8 |  | 0 of 0 |  |" in text
+    assert f"| delayed |{' 93.0 |' * 6} 93 to 93 | yes |" in text
     assert "5 of 16 runs." in text
     figure = (store.folder / "figures" / "motion.svg").read_text()
     assert "learned, 2 seeds" in figure
     assert figure.count("iterative control and PD") == 2
+
+
+def test_a_band_that_holds_too_little_in_the_mean_is_not_called_true(store, capsys):
+    run = copy.deepcopy(result(0.001))
+    run["rows"][7]["coverage"] = 0.89
+    store.write(motion.motion_job("delayed", 0), run)
+    text = table(store, "motion", capsys)
+    assert f"| delayed |{' 93.0 |' * 5} 89.0 | 89 to 93 | no |" in text
 
 
 def test_where_iterative_control_is_better_is_said(store, capsys):
