@@ -82,11 +82,12 @@ class SafeSubscription:
         try:
             self._take(data, info)
         except Exception as error:
-            self.refused += 1
-            self.fault = f"{self.topic_name}: {error}"
+            reason = str(error)
             if not isinstance(error, IrlPilcoError):
                 traceback.print_exc()
-                self.fault = f"{self.topic_name}: unexpected {type(error).__name__}: {error}"
+                reason = f"unexpected {type(error).__name__}: {error}"
+            self.fault = f"{self.topic_name}: {reason}"
+            self.refused += 1  # whoever sees it in another thread finds the reason there
             self._node.get_logger().warning(
                 f"a message is passed over, {self.fault}", throttle_duration_sec=_WARN_EVERY
             )

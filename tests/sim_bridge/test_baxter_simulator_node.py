@@ -76,7 +76,7 @@ def test_speaks_and_obeys_as_a_baxter_does(ros: RosGraph) -> None:
     # Best effort may lose a state on a busy machine; the others keep their distance.
     assert np.median(np.diff(stamps)) == 10_000_000
     assert not (np.diff(stamps) % 10_000_000).any()
-    assert abs(stamps[-1] * 1e-9 - time.time()) < 1.0, "the stamps keep the wall clock's time"
+    assert abs(stamps[-1] * 1e-9 - time.time()) < 10.0, "the stamps keep the wall clock's time"
     names = {tuple(message.name) for message in states.grippers}
     assert names == {("l_gripper_l_finger_joint",), ("r_gripper_l_finger_joint",)}
     assert ros.node.count_publishers("/clock") == 0
