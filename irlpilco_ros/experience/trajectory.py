@@ -221,11 +221,13 @@ def _check_whole(stamps: np.ndarray, positions: np.ndarray) -> None:
         raise IncompleteTrialError(
             f"sample {blank[0]} at stamp {stamps[blank[0]]:.3f} s has a command but no joint state"
         )
-    if missing_in(stamps):
+    missing = missing_in(stamps)
+    if missing:
         intervals = np.diff(stamps)
         gap = int(np.argmax(intervals))
         raise IncompleteTrialError(
-            f"{missing_in(stamps)} samples are missing, or this is more than one trial: "
-            f"{intervals[gap]:.3f} s pass after sample {gap} at stamp {stamps[gap]:.3f} s, where "
-            f"{np.median(intervals):.3f} s are usual"
+            f"{missing} {'sample is' if missing == 1 else 'samples are'} missing, or this is more "
+            f"than one trial: {intervals[gap]:.3f} s pass after sample {gap} at stamp "
+            f"{stamps[gap]:.3f} s, where {np.median(intervals):.3f} s are usual: was the "
+            "recorder's computer, or the network, busy?"
         )
