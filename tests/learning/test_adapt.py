@@ -22,6 +22,7 @@ from irlpilco_ros.learning import (
 from irlpilco_ros.learning.adapt import adapt, carried_policy
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.learn import start_state, weigh
+from irlpilco_ros.learning.measured_band import measured_deviations
 from irlpilco_ros.learning.policies import REGISTRY
 from irlpilco_ros.learning.starts.initial_policy import initial_policy, open_loop_policy
 
@@ -101,12 +102,9 @@ def test_the_band_is_corrected_by_how_the_last_trial_lay_in_its_own(practised):
     found = adapt(elsewhere(), SETTINGS, trials, [HERE] * 3, last)
     variances = np.diagonal(found.predicted_covariances, axis1=1, axis2=2)
     plain = np.sqrt(np.maximum(variances, 0.0) + HERE.noise**2)
-    off = trials[2].states - last.predicted_means
-    before = np.diagonal(last.predicted_covariances, axis1=1, axis2=2)
-    ratios = np.abs(off) / np.sqrt(np.maximum(before, 0.0) + HERE.noise**2)
-    scale = np.quantile(ratios[1:, :JOINTS], 0.94) / 2.0
-    assert abs(scale - 1.0) > 0.02
-    np.testing.assert_allclose(found.predicted_deviations, scale * plain)
+    corrected = measured_deviations(HERE, found.predicted_covariances, last, trials)
+    np.testing.assert_allclose(found.predicted_deviations, corrected)
+    assert np.abs(corrected / plain - 1.0).min() > 0.02
 
 
 def test_threads_change_nothing(practised):
