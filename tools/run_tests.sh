@@ -4,7 +4,7 @@
 set -u
 python=$1
 shift
-nodes="tests/nodes tests/ros tests/sim_bridge tests/test_pipeline.py tests/test_readme_walk.py"
+nodes="tests/nodes tests/ros tests/sim_bridge tests/test_readme_walk.py"
 mkdir -p build
 "$python" -m pytest $nodes >build/tests_of_nodes.log 2>&1 &
 beside=$!
