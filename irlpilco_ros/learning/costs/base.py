@@ -10,7 +10,7 @@ import numpy as np
 
 from irlpilco_ros.learning.features import Features
 from irlpilco_ros.learning.moments.cubature import MeanPullback
-from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
+from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.numerics.arrays import Array
 
 
@@ -54,50 +54,31 @@ class StepwiseCost(Cost, Protocol):
 
 @dataclass(frozen=True)
 class PredictedFeatures:
-    """The features' moments along a predicted trajectory.
+    """The features' moments along a predicted trajectory, t = 0..H.
 
     Attributes:
-        moments: One for each t = 0..H.
-        pullbacks: Theirs.
+        means: E phi[t], shape (H + 1, k).
+        covariances: Cov phi[t], shape (H + 1, k, k).
+        jacobians: E d phi[t] / d x[t], shape (H + 1, k, D).
+        pull: From the adjoints of means and covariances to those of the states' means (H + 1, D)
+            and covariances (H + 1, D, D).
     """
 
-    moments: tuple[Moments, ...]
-    pullbacks: tuple[MeanPullback, ...]
-
-    @property
-    def means(self) -> Array:
-        """E phi[t], shape (H + 1, k)."""
-        return np.stack([moments.mean for moments in self.moments])
-
-    @property
-    def covariances(self) -> Array:
-        """Cov phi[t], shape (H + 1, k, k)."""
-        return np.stack([moments.covariance for moments in self.moments])
-
-    def pull(self, means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
-        """Return the adjoints of the states' means (H + 1, D) and covariances (H + 1, D, D)."""
-        bars = [
-            pullback(mean_bar, covariance_bar)
-            for pullback, mean_bar, covariance_bar in zip(
-                self.pullbacks, means_bar, covariances_bar, strict=True
-            )
-        ]
-        return np.stack([bar[0] for bar in bars]), np.stack([bar[1] for bar in bars])
+    means: Array
+    covariances: Array
+    jacobians: Array
+    pull: MeanPullback
 
     def sensitivities(self, mean_sensitivities: Array) -> Array:
         """Return d E phi[t] / d theta along the expected Jacobians, shape (H + 1, k, p)."""
-        jacobians = np.stack([moments.jacobian for moments in self.moments])
-        sensitivities: Array = jacobians @ mean_sensitivities
+        sensitivities: Array = self.jacobians @ mean_sensitivities
         return sensitivities
 
 
 def predicted_features(features: Features, means: Array, covariances: Array) -> PredictedFeatures:
     """Return the features' moments at every state of a predicted trajectory."""
-    pairs = [
-        features.moments(Gaussian(mean, covariance))
-        for mean, covariance in zip(means, covariances, strict=True)
-    ]
-    return PredictedFeatures(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs))
+    moments, pull = features.moments_along(Gaussian(means, covariances))
+    return PredictedFeatures(moments.mean, moments.covariance, moments.jacobian, pull)
 
 
 def discounts(discount: float, horizon: int) -> Array:

@@ -10,39 +10,39 @@ import numpy as np
 from irlpilco_ros.learning.costs.base import CostValue, discounts, predicted_features
 from irlpilco_ros.learning.features import Features
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 
-Loss = Callable[[Gaussian, Array, Array], tuple[float, Array, Array]]
+Loss = Callable[[Gaussian, Array, Array], tuple[Array, Array, Array]]
 
 
-def saturating_loss(state: Gaussian, target: Array, precision: Array) -> tuple[float, Array, Array]:
+def saturating_loss(state: Gaussian, target: Array, precision: Array) -> tuple[Array, Array, Array]:
     """Return E[1 - exp(-(x - x*)'W(x - x*)/2)] (thesis (2.43)) and its derivatives.
 
     Args:
-        state: Mean (n,) and covariance (n, n).
+        state: Mean (..., n) and covariance (..., n, n): one state, or one for each step.
         target: x*, shape (n,).
         precision: W, symmetric and positive semidefinite, shape (n, n).
 
     Returns:
-        The loss in [0, 1], its derivative by the mean (n,) and by the covariance (n, n).
+        The loss in [0, 1], shape (...), its derivative by the mean (..., n) and by the covariance
+        (..., n, n).
     """
-    scale = np.eye(len(target)) + state.covariance @ precision
-    tight = np.linalg.solve(scale.T, precision)  # W (I + S W)^-1, symmetric
-    tight = 0.5 * (tight + tight.T)
-    pulled = tight @ (state.mean - target)
-    reward = np.exp(-0.5 * (state.mean - target) @ pulled) / np.sqrt(np.linalg.det(scale))
-    return (
-        float(1.0 - reward),
-        reward * pulled,
-        0.5 * reward * (tight - np.outer(pulled, pulled)),
-    )
+    scale = np.eye(len(target)) + precision @ state.covariance  # scale^-1 W is symmetric
+    tight = symmetric(np.asarray(np.linalg.solve(scale, precision), dtype=np.float64))
+    deviation = state.mean - target
+    pulled = (tight @ deviation[..., None])[..., 0]
+    reward = np.exp(-0.5 * (deviation * pulled).sum(axis=-1)) / np.sqrt(np.linalg.det(scale))
+    by_mean = reward[..., None] * pulled
+    outer = pulled[..., :, None] * pulled[..., None, :]
+    return 1.0 - reward, by_mean, 0.5 * reward[..., None, None] * (tight - outer)
 
 
-def quadratic_loss(state: Gaussian, target: Array, precision: Array) -> tuple[float, Array, Array]:
+def quadratic_loss(state: Gaussian, target: Array, precision: Array) -> tuple[Array, Array, Array]:
     """Return E[(x - x*)'W(x - x*)] and its derivatives, as `saturating_loss` does."""
     deviation = state.mean - target
-    value = deviation @ precision @ deviation + np.sum(precision * state.covariance)
-    return float(value), 2.0 * precision @ deviation, precision.copy()
+    pulled = deviation @ precision  # W is symmetric
+    value = (pulled * deviation).sum(axis=-1) + (precision * state.covariance).sum(axis=(-1, -2))
+    return value, 2.0 * pulled, np.broadcast_to(precision, state.covariance.shape)
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,11 @@ class StateCost:
         """Return the cost of means (H + 1, D) and covariances (H + 1, D, D)."""
         predicted = predicted_features(self.features, means, covariances)
         factors = discounts(self.discount, len(means) - 1)
-        losses = [
-            self.loss(Gaussian(moments.mean, moments.covariance), self.target, self.precision)
-            for moments in predicted.moments
-        ]
-        value = float(factors @ [loss[0] for loss in losses])
-        features_bar = factors[:, None] * np.stack([loss[1] for loss in losses])
-        spread_bar = factors[:, None, None] * np.stack([loss[2] for loss in losses])
-        means_bar, covariances_bar = predicted.pull(features_bar, spread_bar)
+        seen = Gaussian(predicted.means, predicted.covariances)
+        losses, by_means, by_covariances = self.loss(seen, self.target, self.precision)
+        means_bar, covariances_bar = predicted.pull(
+            factors[:, None] * by_means, factors[:, None, None] * by_covariances
+        )
 
         def curvature_root(mean_sensitivities: Array) -> Array:
             root = np.linalg.cholesky(self._hessian() + 1e-12 * np.eye(len(self.target))).T
@@ -84,7 +81,7 @@ class StateCost:
             rows = np.sqrt(factors)[:, None, None] * rows
             return rows.reshape(-1, rows.shape[-1])
 
-        return CostValue(value, means_bar, covariances_bar, curvature_root)
+        return CostValue(float(factors @ losses), means_bar, covariances_bar, curvature_root)
 
     def _hessian(self) -> Array:
         """Return the Hessian by the features' means at the target, without spread, (k, k).

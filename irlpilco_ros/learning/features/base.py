@@ -31,6 +31,32 @@ class Features(Extension, ABC):
     def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
         """Return the features' moments at a Gaussian state, and their pullback."""
 
+    def moments_along(self, states: Gaussian) -> tuple[Moments, MeanPullback]:
+        """Return the features' moments at the states of a trajectory, and their pullback.
+
+        Arrays are those of `moments`, stacked along a first axis for the steps. Features whose
+        `moments` takes such stacks as well have it do all steps at once.
+
+        Args:
+            states: Means (H + 1, D) and covariances (H + 1, D, D).
+        """
+        steps = [
+            self.moments(Gaussian(mean, covariance))
+            for mean, covariance in zip(states.mean, states.covariance, strict=True)
+        ]
+        arrays = zip(*((m.mean, m.covariance, m.jacobian) for m, _ in steps), strict=True)
+
+        def pullback(means_bar: Array, covariances_bar: Array) -> tuple[Array, Array]:
+            bars = [
+                pull(mean_bar, covariance_bar)
+                for (_, pull), mean_bar, covariance_bar in zip(
+                    steps, means_bar, covariances_bar, strict=True
+                )
+            ]
+            return np.stack([bar[0] for bar in bars]), np.stack([bar[1] for bar in bars])
+
+        return Moments(*(np.stack(each) for each in arrays)), pullback
+
     @classmethod
     def of_robot(cls, joints: Joints, settings: Any) -> Features:
         """Return the features of a robot with these joints; needed to be chosen by name.
@@ -78,13 +104,14 @@ REGISTRY: Registry[Features] = Registry(
 
 
 def select_moments(state: Gaussian, size: int) -> tuple[Moments, MeanPullback]:
-    """Return the moments of the first entries of a state, and their pullback."""
-    whole = len(state.mean)
+    """Return the moments of the first entries of a state, or of a stack of states."""
+    shape = state.covariance.shape
 
     def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
-        m_bar, S_bar = np.zeros(whole), np.zeros((whole, whole))
-        m_bar[:size] = mean_bar
-        S_bar[:size, :size] = covariance_bar
+        m_bar, S_bar = np.zeros(shape[:-1]), np.zeros(shape)
+        m_bar[..., :size] = mean_bar
+        S_bar[..., :size, :size] = covariance_bar
         return m_bar, S_bar
 
-    return Moments(state.mean[:size], state.covariance[:size, :size], np.eye(size, whole)), pullback
+    jacobian = np.broadcast_to(np.eye(size, shape[-1]), (*shape[:-2], size, shape[-1]))
+    return Moments(state.mean[..., :size], state.covariance[..., :size, :size], jacobian), pullback

@@ -43,5 +43,9 @@ class JointPositions(Features):
         return states[..., : self.joints]
 
     def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
-        """Return the moments of the joint positions."""
+        """Return the moments of the joint positions, of a state or of a stack of them."""
         return select_moments(state, self.joints)
+
+    def moments_along(self, states: Gaussian) -> tuple[Moments, MeanPullback]:
+        """Return the moments of all steps at once."""
+        return self.moments(states)

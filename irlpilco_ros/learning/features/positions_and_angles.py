@@ -10,7 +10,7 @@ from irlpilco_ros.learning.features.base import Features
 from irlpilco_ros.learning.moments.cubature import MeanPullback
 from irlpilco_ros.learning.moments.gaussian import Gaussian, Moments
 from irlpilco_ros.learning.moments.trigonometric import sine_cosine_moments
-from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.learning.numerics.arrays import Array, symmetric
 
 
 @dataclass(frozen=True)
@@ -40,25 +40,31 @@ class PositionsAndAngles(Features):
         return np.concatenate([states[..., list(self.positions)], flat], axis=-1)
 
     def moments(self, state: Gaussian) -> tuple[Moments, MeanPullback]:
-        """Return the exact moments of positions, sines and cosines."""
+        """Return the exact moments of positions, sines and cosines, also of a stack of states."""
         S = state.covariance
         trig, pull_trig = sine_cosine_moments(state, self.angles)
         count = len(self.positions)
-        rows = np.eye(len(state.mean))[list(self.positions)]
-        jacobian = np.vstack([rows, trig.jacobian])
-        mean = np.concatenate([rows @ state.mean, trig.mean])
-        covariance = jacobian @ S @ jacobian.T
-        covariance[count:, count:] = trig.covariance
+        rows = np.eye(S.shape[-1])[list(self.positions)]
+        stacked = np.broadcast_to(rows, (*S.shape[:-2], *rows.shape))
+        jacobian = np.concatenate([stacked, trig.jacobian], axis=-2)
+        mean = np.concatenate([state.mean @ rows.T, trig.mean], axis=-1)
+        covariance = jacobian @ S @ jacobian.swapaxes(-1, -2)
+        covariance[..., count:, count:] = trig.covariance
 
         def pullback(mean_bar: Array, covariance_bar: Array) -> tuple[Array, Array]:
             # Of trig.jacobian S rows', the covariance between sines and positions.
-            cross_bar = covariance_bar[count:, :count] + covariance_bar[:count, count:].T
+            cross_bar = covariance_bar[..., count:, :count].copy()
+            cross_bar += covariance_bar[..., :count, count:].swapaxes(-1, -2)
             m_bar, S_bar = pull_trig(
-                mean_bar[count:], covariance_bar[count:, count:], cross_bar @ rows @ S
+                mean_bar[..., count:], covariance_bar[..., count:, count:], cross_bar @ rows @ S
             )
-            m_bar = m_bar + rows.T @ mean_bar[:count]
-            outer = trig.jacobian.T @ cross_bar @ rows
-            S_bar = S_bar + rows.T @ covariance_bar[:count, :count] @ rows
-            return m_bar, S_bar + 0.5 * (outer + outer.T)
+            m_bar = m_bar + mean_bar[..., :count] @ rows
+            outer = trig.jacobian.swapaxes(-1, -2) @ cross_bar @ rows
+            S_bar = S_bar + rows.T @ covariance_bar[..., :count, :count] @ rows
+            return m_bar, S_bar + symmetric(outer)
 
         return Moments(mean, covariance, jacobian), pullback
+
+    def moments_along(self, states: Gaussian) -> tuple[Moments, MeanPullback]:
+        """Return the moments of all steps at once."""
+        return self.moments(states)
