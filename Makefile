@@ -58,8 +58,9 @@ benchmark: $(READY)  ## measure the speed of the parts
 faults: $(READY)  ## make faults in real nodes; minutes; writes docs/reliability.md
 	$(BIN)/python -m benchmarks.faults $(ARGS)
 
-results: $(READY)  ## measure what docs/results.md says; hours, resumable (ARGS="--processes 2")
+results: $(READY)  ## measure what docs/results.md and docs/cart_pole.md say; hours, resumable (ARGS="--processes 2")
 	$(BIN)/irlpilco cart-pole
+	$(BIN)/irlpilco study cart-pole --seeds 50 --document docs/cart_pole.md $(ARGS)
 	$(BIN)/irlpilco study baxter --document docs/results.md $(ARGS)
 
 docs: $(READY)  ## write msgs_docs/parameters.md from the code

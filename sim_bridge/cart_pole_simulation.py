@@ -76,10 +76,14 @@ class CartPoleSimulation:
     )
     """What a controller must know of it; the track has no end worth speaking of."""
 
-    def __init__(self, settings: CartPoleSettings | None = None) -> None:
-        """Build the cart-pole; it stands at a random start."""
+    def __init__(
+        self,
+        settings: CartPoleSettings | None = None,
+        parameters: CartPoleParameters | None = None,
+    ) -> None:
+        """Build the cart-pole, by default the thesis's; it stands at a random start."""
         self.settings = settings or CartPoleSettings()
-        self.parameters = CartPoleParameters()
+        self.parameters = parameters or CartPoleParameters()
         self._resets = 0
         self.reset()
 

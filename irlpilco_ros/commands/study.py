@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.learning.errors import InvalidSettingError
 
-EXPERIMENTS = (
-    "motion",
-    "places",
-    "speeds",
-    "control_period",
-    "headline",
-    "perturbations",
-    "debris",
-    "hands",
-    "elbows",
-    "second_robot",
-    "ablation",
-    "reproduce",
-    "thesis_perturbations",
-)
+if TYPE_CHECKING:
+    from irlpilco_ros.studies.experiment import Experiment
+    from irlpilco_ros.studies.result_store import ResultStore
+
+EXPERIMENTS = {
+    "baxter": (
+        "motion",
+        "places",
+        "speeds",
+        "control_period",
+        "headline",
+        "perturbations",
+        "debris",
+        "hands",
+        "elbows",
+        "second_robot",
+        "ablation",
+        "reproduce",
+        "thesis_perturbations",
+    ),
+    "cart-pole": ("mc_pilco",),
+}
+"""The parts of each chapter, in the order in which they are measured."""
 
 EPILOG = """\
 baxter     the sweep on a simulated Baxter: the whole path of the arm on robots as they come,
@@ -30,6 +40,8 @@ baxter     the sweep on a simulated Baxter: the whole path of the arm on robots 
            and speeds; other control periods; robot time, perturbations against replay, tracking and
            cloning, debris in the pan, hand features, demonstrations that differ in an elbow,
            ablation, and the thesis's own settings and methods over 15 iterations
+cart-pole  classical PILCO on the cart-pole of MC-PILCO's published script, whose numbers are for
+           50 seeds (what the thesis did with a cart-pole is irlpilco cart-pole)
 
 Every run is a file OUT/EXPERIMENT/CONDITION/SEED.json; a study that was stopped goes on with those
 that are missing. All runs over ten seeds take some hours on two cores; the headline a quarter of
@@ -40,11 +52,13 @@ examples:
   irlpilco study baxter --processes 2
   irlpilco study baxter --dask tcp://scheduler:8786
   irlpilco study baxter --document docs/results.md    # fills in its tables
+  irlpilco study cart-pole --seeds 50
 """
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the subcommand."""
+    parts = "; ".join(f"{chapter}: {', '.join(names)}" for chapter, names in EXPERIMENTS.items())
     parser = subparsers.add_parser(
         "study",
         help="measure over seeds what the project claims",
@@ -52,14 +66,13 @@ def add_parser(subparsers: Any) -> None:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("chapter", choices=["baxter"], help="what is studied")
+    parser.add_argument("chapter", choices=EXPERIMENTS, help="what is studied")
     parser.add_argument(
         "--experiments",
         nargs="+",
-        choices=EXPERIMENTS,
-        default=list(EXPERIMENTS),
+        choices=[name for names in EXPERIMENTS.values() for name in names],
         metavar="NAME",
-        help=f"parts of it: {', '.join(EXPERIMENTS)} (default: all)",
+        help=f"parts of it (default: all). {parts}",
     )
     parser.add_argument(
         "--seeds", type=at_least(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
@@ -67,9 +80,8 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--out",
         type=Path,
-        default=Path("runs/study_baxter"),
         metavar="OUT",
-        help="folder of the results (default: runs/study_baxter)",
+        help="folder of the results (default: runs/study_CHAPTER)",
     )
     parser.add_argument(
         "--processes",
@@ -104,29 +116,64 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute what is missing and write the tables and figures."""
-    from irlpilco_ros.studies.baxter.figures import write_figures
-    from irlpilco_ros.studies.baxter.results import EXPERIMENTS as PARTS
     from irlpilco_ros.studies.document import fill_tables
     from irlpilco_ros.studies.result_store import ResultStore
     from irlpilco_ros.studies.run_jobs import run_jobs
     from irlpilco_ros.studies.tables import state_of
 
-    store, seeds = ResultStore(arguments.out), range(arguments.seeds)
+    parts = _parts_of(arguments.chapter)
+    names = arguments.experiments or parts
+    _check_names(arguments.chapter, names)
+    out = arguments.out or Path("runs") / f"study_{arguments.chapter.replace('-', '_')}"
+    store, seeds = ResultStore(out), range(arguments.seeds)
     tables: dict[str, str] = {}
-    for name in arguments.experiments:
-        jobs = PARTS[name].jobs(seeds)
+    for name in names:
+        jobs = parts[name].jobs(seeds)
         if not arguments.tables_only:
             run_jobs(jobs, store, arguments.processes, arguments.dask)
-        tables[name] = f"{PARTS[name].table(store, seeds)}\n\n{state_of(store, jobs)}"
+        tables[name] = f"{parts[name].table(store, seeds)}\n\n{state_of(store, jobs)}"
         print(f"## {name}\n\n{tables[name]}\n", flush=True)
     store.folder.mkdir(parents=True, exist_ok=True)
     text = "\n".join(f"## {name}\n\n{table}\n" for name, table in tables.items())
     (store.folder / "tables.md").write_text(text, encoding="utf-8")
-    folders = [store.folder / "figures"]
     if arguments.document is not None:
         fill_tables(arguments.document, tables)
+    if arguments.chapter == "baxter":
+        _draw(store, seeds, arguments)
+    return 0
+
+
+def _parts_of(chapter: str) -> Mapping[str, Experiment]:
+    if chapter == "baxter":
+        from irlpilco_ros.studies.baxter import results
+
+        return results.EXPERIMENTS
+    from irlpilco_ros.studies.cart_pole import experiments
+
+    return experiments.EXPERIMENTS
+
+
+def _check_names(chapter: str, names: Iterable[str]) -> None:
+    """Refuse parts of another chapter.
+
+    Raises:
+        InvalidSettingError: names them, and those that there are.
+    """
+    unknown = [name for name in names if name not in EXPERIMENTS[chapter]]
+    if unknown:
+        raise InvalidSettingError(
+            f"{', '.join(unknown)} is no part of the chapter {chapter}; choose from: "
+            + ", ".join(EXPERIMENTS[chapter])
+        )
+
+
+def _draw(store: ResultStore, seeds: Sequence[int], arguments: argparse.Namespace) -> None:
+    """Draw the figures of Baxter's chapter beside its tables, and beside the document."""
+    from irlpilco_ros.studies.baxter.figures import write_figures
+
+    folders = [store.folder / "figures"]
+    if arguments.document is not None:
         folders.append(arguments.document.parent / "figures")
     for folder in folders:
         for figure in write_figures(store, seeds, folder, arguments.cart_pole):
             print(f"figure: {figure}")
-    return 0

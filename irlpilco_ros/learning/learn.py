@@ -36,6 +36,7 @@ from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
+from irlpilco_ros.learning.search.second_start import most_evaluations, search_with_second_start
 from irlpilco_ros.learning.second_search import search_twice_if_needed
 from irlpilco_ros.learning.starts.initial_policy import initial_policy, random_policy, zero_policy
 from irlpilco_ros.learning.starts.inverse_policy import inverse_policy
@@ -262,7 +263,11 @@ def _starting_policies(
     previous: Iteration | None,
 ) -> list[Policy]:
     if task.cost is not None:  # as in PILCO
-        return [previous.policy if previous is not None else random_start(task, settings, start)]
+        if previous is None:
+            return [random_start(task, settings, start)]
+        if task.region is None:
+            return [previous.policy]
+        return [previous.policy, random_start(task, settings, task.region, previous.index)]
     zero = zero_policy(task, settings)
     first = initial_policy(task, settings)
     if not first.searchable:  # random controls
@@ -285,11 +290,12 @@ def _search(
     starts: Sequence[Policy],
     report: _Reporter,
 ) -> SearchResult:
-    """Return the best policy found from the starts; where a cost is given, from the only one."""
+    """Return the best policy found from the starts."""
     if task.cost is not None:
-        return search_beginning_first(
-            objective, starts[0], settings.optimiser, settings.evaluations, report.policy
-        )
+        how = settings.optimiser, settings.evaluations, report.policy
+        if len(starts) > 1:
+            return search_with_second_start(objective, starts, *how)
+        return search_beginning_first(objective, starts[0], *how)
     way = _way(settings, settings.imitation)
     stepwise = way.stepwise_cost(task, weights / task.scale**2)
     if stepwise is not None and settings.horizon_stages > 1:
@@ -358,7 +364,8 @@ class _Reporter:
     ) -> None:
         self._progress = progress
         if task.cost is not None:
-            self._evaluations = total_evaluations(settings.evaluations)
+            most = total_evaluations if task.region is None else most_evaluations
+            self._evaluations = most(settings.evaluations)
         else:
             tries = len(dict.fromkeys(settings.starts)) + settings.horizon_stages - 2
             self._evaluations = settings.evaluations + settings.screening_evaluations * tries

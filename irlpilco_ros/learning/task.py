@@ -37,6 +37,9 @@ class Task:
         start_spread: Known standard deviation of each state at the start of a trial.
         cost: What a predicted trajectory costs (PILCO); None to imitate.
         start: State at the start of a trial, where it is known; None for where trials did start.
+        region: Where the state may go in a trial, roughly, whole state: with a cost that is a sum
+            over states, policy search may then also start from policies that act all over it;
+            None if that is not told.
         horizon: Number of control periods H of every trial; 0 for that of the demonstrations.
         speed: How many times as fast the demonstrations are as they were shown: of two tasks that
             are the same motion, it tells which moment of one is which of the other.
@@ -56,6 +59,7 @@ class Task:
     start_spread: float = 0.0
     cost: Cost | None = None
     start: Gaussian | None = None
+    region: Gaussian | None = None
     horizon: int = 0
     speed: float = 1.0
 

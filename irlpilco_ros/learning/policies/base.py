@@ -78,7 +78,7 @@ class Policy(Extension, ABC):
 
         Args:
             task: What is to be learned.
-            start: What the policy sees at the start of a trial.
+            start: What the policy sees where its parts are to lie, such as at the start of a trial.
             settings: An instance of `cls.Settings`.
             rng: Source of the numbers.
         """

@@ -93,11 +93,15 @@ class RbfPolicy(Policy):
     def random_start(
         cls, task: Task, start: Gaussian, settings: Settings, rng: np.random.Generator
     ) -> Self:
-        """Return bumps of width one that lie where trials start, with small random heights."""
+        """Return bumps that lie where they are told to, with small random heights.
+
+        They are of width one, or as wide as they are scattered where that is more.
+        """
         F, count = task.control_size, settings.count
         centres = rng.multivariate_normal(start.mean, start.covariance, count, method="eigh")
         targets = SMALL * rng.standard_normal((count, F))
-        return cls(centres, targets, np.zeros((F, len(start.mean))), task.control_limit)
+        widths = np.sqrt(np.maximum(start.covariance.diagonal(), 1.0))
+        return cls(centres, targets, np.tile(np.log(widths), (F, 1)), task.control_limit)
 
     def fit_demonstration(self, states: Array, controls: Array) -> Self:
         """Return the bumps that give the controls before squashing (H, F) at their centres."""

@@ -10,7 +10,7 @@ from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.search.optimisers import SearchProgress
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
 
-_BEGINNING = 2.0 / 3.0  # of a trial
+BEGINNING = 2.0 / 3.0  # of a trial
 
 
 def total_evaluations(evaluations: int) -> int:
@@ -40,7 +40,7 @@ def search_beginning_first(
     Raises:
         NumericalError: if no finite prediction can be made.
     """
-    beginning = dataclasses.replace(objective, horizon=math.ceil(_BEGINNING * objective.horizon))
+    beginning = dataclasses.replace(objective, horizon=math.ceil(BEGINNING * objective.horizon))
     first = total_evaluations(evaluations) - evaluations
     early = search_policy(beginning, [policy], optimiser, first, progress)
 

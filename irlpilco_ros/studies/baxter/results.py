@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -24,7 +23,8 @@ from irlpilco_ros.studies.baxter.learning_run import TRIAL_SECONDS
 from irlpilco_ros.studies.baxter.motion_bench import EXPERIMENT as MOTION
 from irlpilco_ros.studies.baxter.motion_tables import control_period_table, motion_table
 from irlpilco_ros.studies.baxter.places_tables import places_table
-from irlpilco_ros.studies.job import Job, Result
+from irlpilco_ros.studies.experiment import Experiment
+from irlpilco_ros.studies.job import Result
 from irlpilco_ros.studies.result_store import ResultStore
 from irlpilco_ros.studies.tables import by_condition, markdown, spread
 
@@ -33,19 +33,6 @@ EARLY_BAR, LATE_BAR = (3, 0.02), (7, 0.012)
 
 HANDS_BAR = (7, 0.005)
 """What the error of each tool point is held against [m]."""
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """A part of the chapter.
-
-    Attributes:
-        jobs: From the seeds to what has to be computed.
-        table: From the results and the seeds to a table in Markdown.
-    """
-
-    jobs: Callable[[Sequence[int]], list[Job]]
-    table: Callable[[ResultStore, Sequence[int]], str]
 
 
 def headline_table(store: ResultStore, seeds: Sequence[int]) -> str:
