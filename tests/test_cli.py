@@ -115,30 +115,6 @@ def test_a_path_through_a_file_is_one_line(capsys, tmp_path, words):
 
 
 @pytest.mark.parametrize(
-    "words",
-    [
-        ["demo", "--iterations", "-1"],
-        ["demo", "--seed", "-1"],
-        ["learn", "--iterations", "0"],
-        ["sweep", "--iterations", "0"],
-        ["study", "baxter", "--seeds", "-3"],
-        ["study", "baxter", "--processes", "0"],
-        ["cart-pole", "--seeds", "0"],
-        ["cart-pole", "--expert-trials", "0"],
-        ["cart-pole", "--iterations", "-1"],
-        ["cart-pole", "--seeds", "two"],
-    ],
-)
-def test_counts_that_count_nothing_are_wrong_usage(capsys, words):
-    with pytest.raises(SystemExit) as stop:
-        main(words)
-    assert stop.value.code == 2
-    assert f"{words[-2]}: '{words[-1]}' will not do; expected a whole number" in (
-        capsys.readouterr().err
-    )
-
-
-@pytest.mark.parametrize(
     ("option", "file", "said"),
     [
         (
