@@ -22,7 +22,7 @@ EPILOG = """\
 The page has the robot and the demonstration as its ghost, a time slider, play at any speed, and the
 motions to choose from; below them how far each joint is off the demonstration, and one joint with
 what was predicted of it. It is served to this computer alone, until Ctrl-C. It needs viser:
-pip install 'irlpilco_ros[view]', or pip install viser.
+pip install 'irlpilco_ros[view]', or pip install viser pycollada.
 
 Shapes are those of the URDF that the robot's file names (--robot); of the simulated Baxter it is
 known. Mesh files that are not there are left out.
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     except ImportError as error:
         raise NoViserError(
             "irlpilco view needs viser, which is not there: pip install 'irlpilco_ros[view]', or "
-            "pip install viser"
+            "pip install viser pycollada"
         ) from error
     from irlpilco_ros.view.page import Page
 
@@ -90,12 +90,12 @@ def run(arguments: argparse.Namespace) -> int:
     wanted = DEFAULT_PORT if arguments.port is None else arguments.port
     server = viser.ViserServer(host=HOST, port=wanted, verbose=False)
     try:
-        page = Page(server, motions, links)
         address = f"http://localhost:{server.get_port()}"
         taken = f"port {wanted} is taken; " if wanted not in (0, server.get_port()) else ""
         print(f"{motions.title}: {address} ({taken}Ctrl-C ends it)", flush=True)
         if not arguments.no_browser:
             webbrowser.open(address)
+        page = Page(server, motions, links)  # meshes may take a while: the browser starts meanwhile
         if arguments.live:
             _follow(page, arguments.namespace)
         page.play_for_ever()
