@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.learning.errors import InvalidSettingError
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"parts of it (default: all). {parts}",
     )
     parser.add_argument(
-        "--seeds", type=at_least(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
+        "--seeds", type=whole(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
     )
     parser.add_argument(
         "--out",
@@ -85,7 +85,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--processes",
-        type=at_least(1),
+        type=whole(1, 1000),
         default=1,
         metavar="N",
         help="runs at once here (default: 1)",

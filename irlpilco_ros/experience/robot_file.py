@@ -156,6 +156,9 @@ def _joint_lists(chains: Sequence[Chain], joints: Sequence[UrdfJoint]) -> Iterab
             "Turn without end: policies see sine and cosine; learn with features: joints"
         )
         yield from _list("continuous_joints", [endless])
+    slides = [_word(joint.name) for joint in joints if joint.slides]
+    if slides:
+        yield from _list("sliding_joints", [slides])
     sliding = _names(joint for joint in joints if joint.slides)
     yield from _note(f"[rad]{f'; [m] of {sliding}' if sliding else ''}")
     yield from _list("position_lower", by_chain(lambda joint: number(joint, 0)))
@@ -179,7 +182,7 @@ def _joint_lists(chains: Sequence[Chain], joints: Sequence[UrdfJoint]) -> Iterab
 
 def _commands(joints: Sequence[UrdfJoint]) -> Iterable[str]:
     yield "    command_interface: velocity"
-    yield "    control_period: 0.5   # [s] between two decisions"
+    yield "    control_period: 0.5   # [s] between two decisions, where learning sets no other"
     yield "    horizon: 0            # decisions per trial; 0: as many as the demonstration takes"
     if any("velocity" in joint.interfaces for joint in joints):
         yield from _note(
