@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from irlpilco_ros.commands.counts import at_least
+
+if TYPE_CHECKING:  # studies are loaded when one is run
+    from irlpilco_ros.studies.baxter.results import Experiment
 
 EXPERIMENTS = (
     "motion",
@@ -21,6 +24,7 @@ EXPERIMENTS = (
     "second_robot",
     "ablation",
     "reproduce",
+    "reading",
     "thesis_perturbations",
 )
 
@@ -29,7 +33,8 @@ baxter     the sweep on a simulated Baxter: the whole path of the arm on robots 
            miscalibrated and late, beside iterative learning control; the sweep at other places
            and speeds; other control periods; robot time, perturbations against replay, tracking and
            cloning, debris in the pan, hand features, demonstrations that differ in an elbow,
-           ablation, and the thesis's own settings and methods over 15 iterations
+           ablation, the thesis's own settings and methods over 15 iterations, and other readings
+           of the thesis, one setting changed at a time
 
 Every run is a file OUT/EXPERIMENT/CONDITION/SEED.json; a study that was stopped goes on with those
 that are missing. All runs over ten seeds take some hours on two cores; the headline a quarter of
@@ -37,6 +42,7 @@ an hour. Tables go to OUT/tables.md, figures to OUT/figures.
 
 examples:
   irlpilco study baxter --experiments motion --seeds 3
+  irlpilco study baxter --experiments reproduce --seeds 2 --iterations 7
   irlpilco study baxter --processes 2
   irlpilco study baxter --dask tcp://scheduler:8786
   irlpilco study baxter --document docs/results.md    # fills in its tables
@@ -63,6 +69,13 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--seeds", type=at_least(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
+    )
+    parser.add_argument(
+        "--iterations",
+        type=at_least(1),
+        metavar="N",
+        help="learned policies of each run, of reproduce (default: 15) and reading (default: 10); "
+        "results of another number have a folder of their own and are in no figure",
     )
     parser.add_argument(
         "--out",
@@ -112,12 +125,13 @@ def run(arguments: argparse.Namespace) -> int:
     from irlpilco_ros.studies.tables import state_of
 
     store, seeds = ResultStore(arguments.out), range(arguments.seeds)
+    parts = {name: _learning(PARTS[name], name, arguments) for name in arguments.experiments}
     tables: dict[str, str] = {}
-    for name in arguments.experiments:
-        jobs = PARTS[name].jobs(seeds)
+    for name, part in parts.items():
+        jobs = part.jobs(seeds)
         if not arguments.tables_only:
             run_jobs(jobs, store, arguments.processes, arguments.dask)
-        tables[name] = f"{PARTS[name].table(store, seeds)}\n\n{state_of(store, jobs)}"
+        tables[name] = f"{part.table(store, seeds)}\n\n{state_of(store, jobs)}"
         print(f"## {name}\n\n{tables[name]}\n", flush=True)
     store.folder.mkdir(parents=True, exist_ok=True)
     text = "\n".join(f"## {name}\n\n{table}\n" for name, table in tables.items())
@@ -130,3 +144,21 @@ def run(arguments: argparse.Namespace) -> int:
         for figure in write_figures(store, seeds, folder, arguments.cart_pole):
             print(f"figure: {figure}")
     return 0
+
+
+def _learning(part: Experiment, name: str, arguments: argparse.Namespace) -> Experiment:
+    """Return the experiment with as many learned policies in each run as are asked for.
+
+    Raises:
+        InvalidSettingError: it has a number of its own.
+    """
+    from irlpilco_ros.learning.errors import InvalidSettingError
+
+    if arguments.iterations is None:
+        return part
+    if part.learned is None:
+        raise InvalidSettingError(
+            f"the experiment {name} has a number of iterations of its own; give --iterations with "
+            "--experiments reproduce or reading, or leave it out"
+        )
+    return part.learned(arguments.iterations)

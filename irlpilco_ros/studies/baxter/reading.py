@@ -1,0 +1,87 @@
+"""How the thesis may be read: config/thesis.yaml, and one of its settings changed at a time."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from irlpilco_ros.learning.learning_settings import LearningSettings
+from irlpilco_ros.studies.baxter.learning_run import learning_job, thesis_settings
+from irlpilco_ros.studies.job import Job, Result
+from irlpilco_ros.studies.result_store import ResultStore
+from irlpilco_ros.studies.tables import by_condition, markdown, spread
+
+EXPERIMENT = "reading"
+ITERATIONS = 10
+
+BAR = 0.05
+"""Joint error that a run is to come to [rad]."""
+
+OTHERWISE: dict[str, dict[str, Any]] = {
+    "as in the file": {},
+    "L-BFGS of the gains themselves": {"optimiser": "lbfgs"},
+    "first policy of random parameters": {"initial_policy": "random"},
+    "of a tenth": {"initial_policy": "random", "initial_scale": 0.1},
+    "of a hundredth": {"initial_policy": "random", "initial_scale": 0.01},
+    "1.5 times the speed, at least 0.1 rad/s": {
+        "velocity_limit_factor": 1.5,
+        "velocity_limit_floor": 0.1,
+    },
+    "search from the last policy alone": {"starts": ("last",)},
+    "search from zero alone": {"starts": ("zero",)},
+    "300 evaluations": {"evaluations": 300},
+}
+"""Other readings, by what they say: all within what the thesis names."""
+
+DEPARTURES: dict[str, dict[str, Any]] = {
+    "lambda 1": {"options": {"feature_matching.variance_weight": 1.0}},
+    "velocity prior mean": {"prior_mean": "velocity"},
+    "Gauss-Newton": {"optimiser": "gauss_newton"},
+    "length-scales by dimension": {"hyperprior": "dimension_scaled"},
+    "feed-forward": {"policy": "linear_phase"},
+}
+"""What the thesis does not have, by its name."""
+
+
+def jobs(seeds: Sequence[int], iterations: int = ITERATIONS) -> list[Job]:
+    """Return all jobs of the experiment, on the default robot."""
+    folder = EXPERIMENT if iterations == ITERATIONS else f"{EXPERIMENT}_{iterations}"
+    return [
+        learning_job(
+            folder, _condition(name), seed, "default", _changed(change), iterations=iterations
+        )
+        for seed in seeds
+        for name, change in (OTHERWISE | DEPARTURES).items()
+    ]
+
+
+def table(store: ResultStore, seeds: Sequence[int], iterations: int = ITERATIONS) -> str:
+    """Return joint errors [mrad] over the iterations, and how many runs came to the bar."""
+    shown = [k for k in (0, 1, 4, 7, 10, 15) if k < iterations] + [iterations]
+    found = by_condition(store, jobs(seeds, iterations))
+    rows = []
+    for kind, changes in (("", OTHERWISE), ("beyond the thesis: ", DEPARTURES)):
+        for name in changes:
+            runs = found.get(_condition(name), [])
+            cells = [spread([run["rows"][k]["rmse"] for run in runs], form=".0f") for k in shown]
+            least = [_least(run) for run in runs]
+            within = f"{sum(error <= BAR for error in least)} of {len(runs)}"
+            rows.append([kind + name, *cells, spread(least, form=".0f"), within])
+    header = ["config/thesis.yaml", *[f"k = {k}" for k in shown], "least"]
+    return markdown([*header, f"came to {1e3 * BAR:.0f}"], rows)
+
+
+def _least(run: Result) -> float:
+    """Return the least joint error of the learned policies of a run [rad]."""
+    return min(float(row["rmse"]) for row in run["rows"][1:])
+
+
+def _condition(name: str) -> str:
+    return name.replace(",", "").replace("/", "_").replace(" ", "_")
+
+
+def _changed(change: dict[str, Any]) -> LearningSettings:
+    settings = thesis_settings()
+    options = {**settings.options, **change.get("options", {})}
+    return dataclasses.replace(settings, **{**change, "options": options})
