@@ -16,8 +16,8 @@ def initial_policy(task: Task, settings: LearningSettings) -> Policy:
     """Return the policy of the first trial (thesis Algorithm 3, line 2).
 
     "demonstration" fits the policy to the demonstration's own speeds: kind to the robot, and the
-    data come to lie where they are needed. "random" draws every parameter,
-    "random_controls" the controls themselves.
+    data come to lie where they are needed. "random" draws every parameter from
+    N(0, initial_scale^2), "random_controls" the controls themselves.
     """
     if settings.initial_policy == "demonstration":
         return fitted_policy(task, settings, task.demonstrated_controls())
@@ -42,7 +42,7 @@ def zero_policy(task: Task, settings: LearningSettings) -> Policy:
 
 
 def random_policy(policy: Policy, seed: int, scale: float) -> Policy:
-    """Return a policy of the same kind with parameters from N(0, scale^2); 1 is the thesis's."""
+    """Return a policy of the same kind with parameters from N(0, scale^2), 1 in the thesis."""
     rng = np.random.default_rng(seed)
     return policy.with_parameters(scale * rng.standard_normal(policy.parameters.shape))
 
