@@ -42,7 +42,7 @@ an hour. Tables go to OUT/tables.md, figures to OUT/figures.
 
 examples:
   irlpilco study baxter --experiments motion --seeds 3
-  irlpilco study baxter --experiments reproduce --seeds 2 --iterations 7
+  irlpilco study baxter --experiments reproduce --seeds 2 --iterations 4
   irlpilco study baxter --processes 2
   irlpilco study baxter --dask tcp://scheduler:8786
   irlpilco study baxter --document docs/results.md    # fills in its tables
@@ -74,7 +74,7 @@ def add_parser(subparsers: Any) -> None:
         "--iterations",
         type=at_least(1),
         metavar="N",
-        help="learned policies of each run, of reproduce (default: 15) and reading (default: 10); "
+        help="learned policies of each run, of reproduce (default: 15) and reading (default: 7); "
         "results of another number have a folder of their own and are in no figure",
     )
     parser.add_argument(
