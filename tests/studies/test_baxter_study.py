@@ -195,15 +195,27 @@ def test_thesis_settings_are_those_of_the_file():
 
 def test_readings_of_the_thesis_that_came_to_the_bar_are_counted(learned, tmp_path):
     store = ResultStore(tmp_path)
-    rows = [{**row, "rmse": 0.01 * (6 - k)} for k, row in enumerate(sixteen_rows(learned)[:5])]
+    shown = np.array(learned["demonstration"])[:, :14]
+    deviation = np.full_like(shown, 0.07).tolist()
+    predicted = {"mean": (shown + 0.02).tolist(), "deviation": deviation}
     for job in reading.jobs(range(2), iterations=4):
         if job.condition == "lambda_1":
-            store.write(job, {**learned, "rows": rows[: 4 - job.seed] + rows[:1] * (1 + job.seed)})
+            errors = (0.06, 0.05, 0.02, 0.03, 0.04) if job.seed else [0.06] * 5
+            rows = [
+                {**row, "rmse": error, "predicted": predicted}
+                for row, error in zip(sixteen_rows(learned), errors, strict=False)
+            ]
+            store.write(job, {**learned, "rows": rows})
             options = job.arguments["settings"].options
             assert options["feature_matching.variance_weight"] == 1.0
     table = EXPERIMENTS["reading"].learned(4).table(store, range(2))
     (line,) = [line for line in table.splitlines() if "lambda 1" in line]
-    assert line.endswith("| 35 (30 to 40) | 2 of 2 |")
+    assert line.endswith("| 40 (20 to 60) | 1 of 2 | 20 (20 to 20) | 70 (70 to 70) |")
+
+
+def test_a_spread_start_is_learned_for_where_it_is_asked_for():
+    spread = {job.condition: job.arguments.get("start_spread") for job in reading.jobs(range(1))}
+    assert {name for name, value in spread.items() if value} == {"starts_spread_by_0.03_rad"}
 
 
 def test_another_number_of_iterations_is_a_study_of_its_own(learned, tmp_path, capsys):

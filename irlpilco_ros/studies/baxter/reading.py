@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from irlpilco_ros.studies.baxter.learning_run import learning_job, thesis_settings
 from irlpilco_ros.studies.job import Job, Result
 from irlpilco_ros.studies.result_store import ResultStore
@@ -69,7 +71,11 @@ def _job(name: str, change: dict[str, Any], seed: int, iterations: int) -> Job:
 
 
 def table(store: ResultStore, seeds: Sequence[int], iterations: int = ITERATIONS) -> str:
-    """Return joint errors [mrad] over the iterations, and how many runs came to the bar."""
+    """Return joint errors [mrad] over the iterations, and how many runs came to the bar.
+
+    Beside them is what the model said of the last policy: how far off its mean would be, which
+    is what the search sees, and the standard deviation, which it does not.
+    """
     shown = [k for k in (0, 1, 3, 5, 7, 10, 15) if k < iterations] + [iterations]
     found = by_condition(store, jobs(seeds, iterations))
     rows = []
@@ -79,14 +85,27 @@ def table(store: ResultStore, seeds: Sequence[int], iterations: int = ITERATIONS
             cells = [spread([run["rows"][k]["rmse"] for run in runs], form=".0f") for k in shown]
             least = [_least(run) for run in runs]
             within = f"{sum(error <= BAR for error in least)} of {len(runs)}"
-            rows.append([kind + name, *cells, spread(least, form=".0f"), within])
+            predicted = [spread(each, form=".0f") for each in _predicted(runs)]
+            rows.append([kind + name, *cells, spread(least, form=".0f"), within, *predicted])
     header = ["config/thesis.yaml", *[f"k = {k}" for k in shown], "least"]
-    return markdown([*header, f"came to {1e3 * BAR:.0f}"], rows)
+    last = [f"predicted error, k = {iterations}", "predicted deviation"]
+    return markdown([*header, f"came to {1e3 * BAR:.0f}", *last], rows)
 
 
 def _least(run: Result) -> float:
     """Return the least joint error of the learned policies of a run [rad]."""
     return min(float(row["rmse"]) for row in run["rows"][1:])
+
+
+def _predicted(runs: Sequence[Result]) -> tuple[list[float], list[float]]:
+    """Return error of the predicted mean and predicted deviation of each run's last trial [rad]."""
+    errors, deviations = [], []
+    for run in runs:
+        predicted, shown = run["rows"][-1]["predicted"], np.array(run["demonstration"])
+        mean, deviation = (np.array(predicted[name])[1:] for name in ("mean", "deviation"))
+        errors.append(float(np.sqrt(np.mean((mean - shown[1:, : mean.shape[1]]) ** 2))))
+        deviations.append(float(np.sqrt(np.mean(deviation**2))))
+    return errors, deviations
 
 
 def _condition(name: str) -> str:
