@@ -45,7 +45,7 @@ setup(
         "dask": ["distributed"],  # irlpilco study --dask
         "lerobot": ["pyarrow"],  # irlpilco export --lerobot
         "study": ["movement_primitives", "pytransform3d"],  # a baseline of its experiment places
-        "view": ["viser>=1.0"],  # irlpilco view
+        "view": ["viser>=1.0", "pycollada"],  # irlpilco view
     },
     entry_points={
         "console_scripts": [f"irlpilco = {NAME}.entry:irlpilco"],

@@ -7,47 +7,31 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from types import FrameType
 
 from irlpilco_ros import __version__
-from irlpilco_ros.commands import (
-    adapt,
-    cart_pole,
-    check,
-    demo,
-    export,
-    inspect,
-    learn,
-    plot,
-    recover,
-    replay,
-    report,
-    robot,
-    study,
-    sweep,
-    train,
-    view,
-)
 from irlpilco_ros.learning.errors import IrlPilcoError
 
 COMMANDS = (
-    demo,
-    sweep,
-    learn,
-    train,
-    adapt,
-    report,
-    view,
-    plot,
-    replay,
-    export,
-    robot,
-    check,
-    inspect,
-    recover,
-    cart_pole,
-    study,
+    "demo",
+    "sweep",
+    "learn",
+    "train",
+    "adapt",
+    "report",
+    "view",
+    "plot",
+    "replay",
+    "export",
+    "robot",
+    "check",
+    "inspect",
+    "recover",
+    "cart-pole",
+    "study",
 )
+"""Names of the commands, each a module of `commands`."""
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it (128 + SIGINT)."""
@@ -56,8 +40,13 @@ TERMINATED = 143
 """Exit code after SIGTERM (128 + SIGTERM)."""
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser with one subparser per command; each sets `run(arguments) -> int`."""
+def build_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Return the parser with one subparser per command; each sets `run(arguments) -> int`.
+
+    Args:
+        words: The command line. If its first word is a command, that alone is made: to import what
+            all of them need takes a second.
+    """
     parser = argparse.ArgumentParser(
         prog="irlpilco",
         description="One-shot apprenticeship learning for a velocity-controlled robot (IRL/PILCO).",
@@ -65,8 +54,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"irlpilco {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in COMMANDS:
-        command.add_parser(subparsers)
+    for name in [word for word in words[:1] if word in COMMANDS] or COMMANDS:
+        module = import_module(f"irlpilco_ros.commands.{name.replace('-', '_')}")
+        module.add_parser(subparsers)
     return parser
 
 
@@ -77,7 +67,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 if the command did what was asked, 1 if it says on stderr why not, 2 for wrong usage,
         130 after Ctrl-C, 143 after SIGTERM.
     """
-    arguments = build_parser().parse_args(argv)
+    words = sys.argv[1:] if argv is None else argv
+    arguments = build_parser(words).parse_args(words)
     signal.signal(signal.SIGTERM, _exit_on_sigterm)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

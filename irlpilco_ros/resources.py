@@ -9,6 +9,9 @@ from irlpilco_ros.learning.errors import IrlPilcoError
 
 PACKAGE = "irlpilco_ros"
 
+IN_PACKAGE = "package://"
+"""How a name begins of a file in the share of a ROS package."""
+
 
 class MissingResourceError(IrlPilcoError, FileNotFoundError):
     """A file that comes with the package is not where any installation puts it."""
@@ -48,9 +51,9 @@ def named_file(name: str) -> Path:
     Raises:
         MissingResourceError: there is no such package.
     """
-    if not name.startswith("package://"):
+    if not name.startswith(IN_PACKAGE):
         return Path(name)
-    package, _, file = name.removeprefix("package://").partition("/")
+    package, _, file = name.removeprefix(IN_PACKAGE).partition("/")
     if package == PACKAGE:
         return config_directory().parent / file
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
+
+from irlpilco_ros.kinematics.rigid_motion import roll_pitch_yaw_of
 
 _COLLISION = 3
 """Group of the shapes that are there for contacts alone, and not looked at."""
@@ -43,9 +43,15 @@ def visuals(
 
 def origin(position: ArrayLike, quaternion: NDArray[np.float64]) -> ElementTree.Element:
     """Return a frame's place; MuJoCo's quaternions are w, x, y, z."""
-    with warnings.catch_warnings(action="ignore"):  # one of several ways to write it will do
-        angles = Rotation.from_quat(quaternion, scalar_first=True).as_euler("xyz")
+    angles = roll_pitch_yaw_of(_matrix(quaternion))
     return ElementTree.Element("origin", xyz=text(position), rpy=text(angles))
+
+
+def _matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation matrix (3, 3) of a quaternion w, x, y, z."""
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
 
 
 def text(numbers: ArrayLike) -> str:
@@ -66,6 +72,6 @@ def _shapes(
         radius, length = text(size[0]), text(2.0 * size[1])
         yield ElementTree.Element("cylinder", radius=radius, length=length), geom.pos
         if kind == _CAPSULE:
-            axis = Rotation.from_quat(geom.quat, scalar_first=True).apply([0.0, 0.0, size[1]])
+            axis = size[1] * _matrix(geom.quat)[:, 2]
             for end in (-axis, axis):
                 yield ElementTree.Element("sphere", radius=radius), geom.pos + end

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from irlpilco_ros.commands.number_options import as_set
 from irlpilco_ros.commands.object_place import (
     adapter_of,
     add_place_arguments,
@@ -59,7 +60,7 @@ def add_parser(subparsers: Any) -> None:
     limit = declarations(AdaptSettings)["adapt_error_limit"]
     parser.add_argument(
         "--error-limit",
-        type=float,
+        type=as_set(AdaptSettings, "adapt_error_limit"),
         default=limit.default,
         metavar="RAD",
         help=f"largest predicted error that is accepted (default: {limit.default:g})",

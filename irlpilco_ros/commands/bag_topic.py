@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import argparse
 
+from irlpilco_ros.commands.number_options import real
+
+LONGEST = 1e6
+"""Of a recording [s]."""
+
 
 def add_topic_argument(parser: argparse.ArgumentParser) -> None:
     """Add --joint-states-topic."""
@@ -19,7 +24,7 @@ def add_window_argument(parser: argparse.ArgumentParser) -> None:
     """Add --demonstration-window."""
     parser.add_argument(
         "--demonstration-window",
-        type=float,
+        type=real(0.0, LONGEST),
         nargs=2,
         default=(),
         metavar=("BEGIN", "END"),

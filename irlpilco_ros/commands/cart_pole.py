@@ -7,7 +7,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.commands.settings_files import read_learning_settings
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
@@ -34,20 +34,18 @@ def add_parser(subparsers: Any) -> None:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--seeds", type=at_least(1), default=10, metavar="N", help="(default: 10)")
-    parser.add_argument(
-        "--first-seed", type=at_least(0), default=0, metavar="S", help="(default: 0)"
-    )
+    parser.add_argument("--seeds", type=whole(1), default=10, metavar="N", help="(default: 10)")
+    parser.add_argument("--first-seed", type=whole(0), default=0, metavar="S", help="(default: 0)")
     parser.add_argument(
         "--iterations",
-        type=at_least(1),
+        type=whole(1),
         default=15,
         metavar="N",
         help="of imitation (default: 15)",
     )
     parser.add_argument(
         "--expert-trials",
-        type=at_least(1),
+        type=whole(1),
         default=7,
         metavar="N",
         help="after which an expert gives up (default: 7)",

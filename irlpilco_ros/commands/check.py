@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 
 EPILOG = """\
 It listens to the robot for a few seconds and says line by line what is right and what is not: joint
@@ -40,7 +40,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--nudge", action="store_true", help="move each joint by 0.01 rad, too")
     parser.add_argument(
         "--seconds",
-        type=at_least(1),
+        type=whole(1, 3600),
         default=3,
         metavar="S",
         help="for how long to listen (default: 3)",

@@ -10,17 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from irlpilco_ros.commands import metrics_table
-from irlpilco_ros.commands.counts import at_least
 from irlpilco_ros.commands.demo_nodes import (
     SERVICES,
     START_TIMEOUT,
     add_robot_arguments,
+    check_simulation,
     node_environment,
     start_nodes,
 )
 from irlpilco_ros.commands.learn import learn_iteration
 from irlpilco_ros.commands.moved import MovedDemo, add_moved_arguments
 from irlpilco_ros.commands.node_processes import NodeProcesses
+from irlpilco_ros.commands.number_options import LARGEST_SEED, whole
 from irlpilco_ros.commands.report import make_report
 from irlpilco_ros.commands.ros_domain import enter_private_domain
 from irlpilco_ros.commands.run_folder import keep_previous
@@ -30,6 +31,7 @@ from irlpilco_ros.commands.terminal import ProgressDisplay, print_notes
 from irlpilco_ros.experience.apprenticeship import Apprenticeship
 from irlpilco_ros.experience.best_trial import best_sentence
 from irlpilco_ros.experience.metrics import DEMONSTRATION, MetricsRow
+from irlpilco_ros.experience.moved_table import read_moves
 from irlpilco_ros.experience.run_directory import RunDirectory
 
 if TYPE_CHECKING:
@@ -68,13 +70,13 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--seed",
-        type=at_least(0),
+        type=whole(0, LARGEST_SEED),
         default=0,
         metavar="N",
         help="of sensor noise and learning (default: 0)",
     )
     parser.add_argument(
-        "--iterations", type=at_least(0), default=7, metavar="N", help="how many (default: 7)"
+        "--iterations", type=whole(0), default=7, metavar="N", help="how many (default: 7)"
     )
     parser.add_argument(
         "--run-directory",
@@ -95,6 +97,9 @@ def run(arguments: argparse.Namespace) -> int:
     from irlpilco_ros.ros.session import Session
 
     read_settings(arguments)
+    check_simulation(arguments)
+    if arguments.moved is not None:
+        read_moves(arguments.moved)
     directory = RunDirectory(arguments.run_directory)
     kept = keep_previous(directory.path)
     if kept is not None:

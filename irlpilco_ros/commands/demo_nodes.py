@@ -6,10 +6,15 @@ import argparse
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import irlpilco_ros
 from irlpilco_ros.commands.node_processes import NodeProcesses
+from irlpilco_ros.commands.number_options import as_set
 from irlpilco_ros.commands.settings_files import MISCALIBRATED, settings_paths
+from irlpilco_ros.control.controller_settings import ControllerSettings
+from irlpilco_ros.experience.robot_settings import RobotSettings
+from sim_bridge.simulation_settings import SimulationSettings
 
 SERVICES = {
     "baxter_simulator": ("baxter_simulator/reset",),
@@ -42,30 +47,33 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--control-period",
-        type=float,
+        type=as_set(RobotSettings, "control_period"),
         metavar="S",
         help="time between two decisions of the policy [s] (default: that of the settings)",
     )
     group.add_argument(
         "--speed-factor",
-        type=float,
+        type=as_set(SimulationSettings, "speed_factor"),
         nargs="+",
         metavar="X",
         help="what each joint makes of a commanded 1 rad/s: one number, or 14, left arm first",
     )
     group.add_argument(
-        "--command-lag", type=float, metavar="S", help="delay of commands [s] (default: preset's)"
+        "--command-lag",
+        type=as_set(SimulationSettings, "command_lag"),
+        metavar="S",
+        help="delay of commands [s] (default: preset's)",
     )
     group.add_argument(
         "--position-margin",
-        type=float,
+        type=as_set(ControllerSettings, "position_margin"),
         metavar="RAD",
         help="a joint this near to its limit stops the robot (default: 0.05); negative lets joints "
         "lean on their stops, which the thesis's random first policy needs",
     )
     group.add_argument(
         "--real-time-factor",
-        type=float,
+        type=as_set(SimulationSettings, "real_time_factor"),
         metavar="X",
         help="simulated seconds per second, 1 for real time; without it the simulation waits for "
         "each answer (lockstep): as fast as possible, and the same seed gives the same trials",
@@ -110,9 +118,18 @@ def start_nodes(
         processes.start(name, module, ["--ros-args", *options])
 
 
-def _simulation_parameters(arguments: argparse.Namespace) -> dict[str, object]:
+def check_simulation(arguments: argparse.Namespace) -> None:
+    """Check what the simulator will be told, before anything is started.
+
+    Raises:
+        InvalidSettingError: it would refuse it, such as speed factors for another number of joints.
+    """
+    SimulationSettings(**_simulation_parameters(arguments))
+
+
+def _simulation_parameters(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what the simulator is told; what nobody asked for keeps its default."""
-    values: dict[str, object] = {
+    values: dict[str, Any] = {
         "seed": arguments.seed,
         "lockstep": arguments.real_time_factor is None,
     }

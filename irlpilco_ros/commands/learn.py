@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.commands.terminal import ProgressDisplay
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--iterations", type=at_least(1), default=1, metavar="N", help="how many (default: 1)"
+        "--iterations", type=whole(1), default=1, metavar="N", help="how many (default: 1)"
     )
     parser.add_argument(
         "--namespace", default="", metavar="NS", help="namespace of the nodes, such as /robot"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.commands.settings_files import settings_paths
 from irlpilco_ros.commands.terminal import ProgressDisplay
 from irlpilco_ros.experience.metrics import MetricsRow
@@ -63,7 +63,7 @@ def add_moved_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--moved-trials",
-        type=at_least(0),
+        type=whole(0),
         default=0,
         metavar="N",
         help="further trials of learning at each place (default: 0)",

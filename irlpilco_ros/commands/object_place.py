@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from irlpilco_ros.commands.number_options import as_set, real
 from irlpilco_ros.experience.adapting import Adapter, AdaptSettings
 from irlpilco_ros.experience.object_pose import ObjectSettings, shifted
 from irlpilco_ros.experience.parameters_file import load_parameters_file, settings_from_parameters
@@ -21,7 +22,7 @@ def add_place_arguments(parser: argparse.ArgumentParser) -> None:
     """Add --object-pose and --speed."""
     parser.add_argument(
         "--object-pose",
-        type=float,
+        type=real(-100.0, 100.0),
         nargs=3,
         metavar=("X", "Y", "TURN"),
         help="where the object is now, relative to where it was shown: metres along the base's x "
@@ -29,7 +30,7 @@ def add_place_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--speed",
-        type=float,
+        type=as_set(AdaptSettings, "speed"),
         metavar="S",
         help="how many times as fast as it was shown: from 0.5 to 1.5 (default: 1)",
     )

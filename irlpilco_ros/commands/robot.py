@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from irlpilco_ros.experience.durable import write_atomically
 from irlpilco_ros.experience.plain_files import read_text
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.resources import IN_PACKAGE, named_file
 
 TEXT_LIMIT = 1 << 24
 """Largest URDF that is read [bytes]."""
@@ -41,7 +43,12 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("urdf", nargs="?", metavar="URDF", help="the file; - for standard input")
+    source.add_argument(
+        "urdf",
+        nargs="?",
+        metavar="URDF",
+        help="the file, package://NAME/FILE, or - for standard input",
+    )
     source.add_argument(
         "--from-topic",
         nargs="?",
@@ -71,9 +78,9 @@ def run(arguments: argparse.Namespace) -> int:
     text, where = _description(arguments)
     tree = UrdfTree(text)
     joints = chosen_joints(tree, arguments.joints)
-    kept = where or out.with_suffix(".urdf")
-    made = robot_file(tree, joints, str(kept.absolute()), _told(arguments))
-    if where is None:
+    kept = out.with_suffix(".urdf")
+    made = robot_file(tree, joints, where or str(_plain(kept)), _told(arguments))
+    if not where:
         _write(kept, text)
     _write(out, made.text)
     print(f"{out}: {len(joints)} joints of {tree.name}")
@@ -87,18 +94,27 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _description(arguments: argparse.Namespace) -> tuple[str, Path | None]:
-    """Return the URDF, and where it is, or None if it is no file yet."""
+def _description(arguments: argparse.Namespace) -> tuple[str, str]:
+    """Return the URDF, and the name by which it is found; "" if it is no file yet."""
     if arguments.from_topic:
         from irlpilco_ros.ros.description_topic import description_of
         from irlpilco_ros.ros.session import Session
 
         with Session("irlpilco_robot") as session:
-            return description_of(session, arguments.from_topic, PATIENCE), None
+            return description_of(session, arguments.from_topic, PATIENCE), ""
     if arguments.urdf == "-":
-        return sys.stdin.read(), None
-    path = Path(arguments.urdf)
-    return read_text(path, TEXT_LIMIT), path
+        return sys.stdin.read(), ""
+    path = named_file(arguments.urdf)
+    name = arguments.urdf if arguments.urdf.startswith(IN_PACKAGE) else str(_plain(path))
+    return read_text(path, TEXT_LIMIT), name
+
+
+def _plain(path: Path) -> Path:
+    """Return the absolute path without any `..`; symbolic links stay where they can."""
+    folder = path.parent.absolute()
+    plain = Path(os.path.normpath(folder))
+    same = plain.exists() and folder.exists() and plain.samefile(folder)
+    return (plain if same else folder.resolve()) / path.name
 
 
 def _told(arguments: argparse.Namespace) -> str:

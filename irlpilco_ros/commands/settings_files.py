@@ -47,6 +47,17 @@ def read_settings(arguments: argparse.Namespace) -> tuple[RobotSettings, Learnin
     return read_robot_settings(robot_path, chosen), read_learning_settings(learning_path)
 
 
+def pace_sentence(arguments: argparse.Namespace, robot: RobotSettings) -> str:
+    """Say at which pace a robot is taught, and which of the files given says so."""
+    robot_path, learning_path = settings_paths(arguments)
+    told = {
+        learning_path: _pace(learning_path),
+        robot_path: load_parameters_file(robot_path, "learner"),
+    }
+    sources = (str(path) for path, values in told.items() if "control_period" in values)
+    return f"pace: control_period is {robot.control_period:g} s ({next(sources, 'the default')})"
+
+
 def _pace(path: Path) -> dict[str, Any]:
     """Return what a learner's file says of how the robot is taught, and not what it is."""
     values = load_parameters_file(path, "learner")

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 
 if TYPE_CHECKING:  # studies are loaded when one is run
     from irlpilco_ros.studies.baxter.results import Experiment
@@ -68,7 +68,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"parts of it: {', '.join(EXPERIMENTS)} (default: all)",
     )
     parser.add_argument(
-        "--seeds", type=at_least(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
+        "--seeds", type=whole(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
     )
     parser.add_argument(
         "--iterations",
@@ -86,7 +86,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--processes",
-        type=at_least(1),
+        type=whole(1, 1000),
         default=1,
         metavar="N",
         help="runs at once here (default: 1)",

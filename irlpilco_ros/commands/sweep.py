@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from irlpilco_ros.commands.counts import at_least
 from irlpilco_ros.commands.demo_nodes import SERVICES, START_TIMEOUT
 from irlpilco_ros.commands.learn import learn_iteration
+from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.commands.report import make_report
 from irlpilco_ros.commands.showing import show
 from irlpilco_ros.commands.terminal import ProgressDisplay
@@ -45,7 +45,7 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--iterations", type=at_least(1), default=7, metavar="N", help="how many (default: 7)"
+        "--iterations", type=whole(1), default=7, metavar="N", help="how many (default: 7)"
     )
     parser.add_argument(
         "--namespace", default="", metavar="NS", help="namespace of the nodes, such as /robot"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import socket
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from irlpilco_ros.commands.bag_topic import add_topic_argument
-from irlpilco_ros.commands.counts import at_least
+from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.learning.errors import InvalidSettingError, IrlPilcoError
 
@@ -21,7 +22,7 @@ EPILOG = """\
 The page has the robot and the demonstration as its ghost, a time slider, play at any speed, and the
 motions to choose from; below them how far each joint is off the demonstration, and one joint with
 what was predicted of it. It is served to this computer alone, until Ctrl-C. It needs viser:
-pip install 'irlpilco_ros[view]', or pip install viser.
+pip install 'irlpilco_ros[view]', or pip install viser pycollada.
 
 Shapes are those of the URDF that the robot's file names (--robot); of the simulated Baxter it is
 known. Mesh files that are not there are left out.
@@ -33,6 +34,10 @@ examples:
   irlpilco view runs/demo --live             follows the robot that runs now, in a trial beside
                                              what was demonstrated
 """
+
+
+HOST = "127.0.0.1"
+DEFAULT_PORT = 8080
 
 
 class NoViserError(IrlPilcoError):
@@ -52,7 +57,12 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--robot", type=Path, metavar="YAML", help="the robot's parameters file, with its urdf"
     )
-    parser.add_argument("--port", type=at_least(0), default=8080, help="(default: 8080)")
+    parser.add_argument(
+        "--port",
+        type=whole(0, 65_535),
+        metavar="N",
+        help=f"(default: {DEFAULT_PORT}, or the next one that is free; 0: any that is free)",
+    )
     parser.add_argument("--no-browser", action="store_true", help="serve it, and open nothing")
     parser.add_argument("--live", action="store_true", help="follow joint_states of running nodes")
     parser.add_argument(
@@ -69,25 +79,23 @@ def run(arguments: argparse.Namespace) -> int:
     except ImportError as error:
         raise NoViserError(
             "irlpilco view needs viser, which is not there: pip install 'irlpilco_ros[view]', or "
-            "pip install viser"
+            "pip install viser pycollada"
         ) from error
     from irlpilco_ros.view.page import Page
 
     motions = _motions(arguments.path, arguments.joint_states_topic)
     links = _links(arguments.robot, arguments.path, motions.joints)
+    if arguments.port is not None:
+        _check_port(arguments.port)
+    wanted = DEFAULT_PORT if arguments.port is None else arguments.port
+    server = viser.ViserServer(host=HOST, port=wanted, verbose=False)
     try:
-        server = viser.ViserServer(host="127.0.0.1", port=arguments.port, verbose=False)
-    except OSError as error:
-        raise InvalidSettingError(
-            f"port {arguments.port} cannot be used: {error.strerror or error}; choose another "
-            "with --port"
-        ) from error
-    try:
-        page = Page(server, motions, links)
         address = f"http://localhost:{server.get_port()}"
-        print(f"{motions.title}: {address} (Ctrl-C ends it)", flush=True)
+        taken = f"port {wanted} is taken; " if wanted not in (0, server.get_port()) else ""
+        print(f"{motions.title}: {address} ({taken}Ctrl-C ends it)", flush=True)
         if not arguments.no_browser:
             webbrowser.open(address)
+        page = Page(server, motions, links)  # meshes may take a while: the browser starts meanwhile
         if arguments.live:
             _follow(page, arguments.namespace)
         page.play_for_ever()
@@ -96,6 +104,21 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         server.stop()
     return 0
+
+
+def _check_port(port: int) -> None:
+    """Check that a port that was asked for can be had: viser would take another one.
+
+    Raises:
+        InvalidSettingError: it cannot; says why.
+    """
+    try:
+        socket.create_server((HOST, port)).close()
+    except OSError as error:
+        raise InvalidSettingError(
+            f"port {port} cannot be used: {error.strerror or error}; choose another with --port, "
+            "or leave it out: then the next one that is free is taken"
+        ) from error
 
 
 def _motions(path: Path, topic: str) -> Motions:

@@ -258,12 +258,12 @@ class _Check:
             if not np.isfinite(course.positions).all():
                 yield Finding(False, f"positions: one of {joint} is no number")
                 continue
-            now = float(course.positions[-1])
+            now, unit = float(course.positions[-1]), self._robot.units[column]
             if not lower <= now <= upper:
                 yield Finding(
                     False,
-                    f"positions: {joint} is at {now:.4f} rad, beyond its limits "
-                    f"[{lower:g}, {upper:g}] rad; nothing moves there: are they right, and in "
+                    f"positions: {joint} is at {now:.4f} {unit}, beyond its limits "
+                    f"[{lower:g}, {upper:g}] {unit}; nothing moves there: are they right, and in "
                     "the same unit?",
                 )
                 continue

@@ -109,10 +109,12 @@ class MotionControl:
         tolerance += _SPREADS * self.robot.start_spread
         joint = int((distance / tolerance).argmax())
         if distance[joint] > tolerance[joint]:
+            unit = self.robot.units[joint]
             raise MotionRefusedError(
-                f"joint {self.robot.joints[joint]} is {distance[joint]:.4f} rad from the "
-                f"policy's start, {start[joint]:g} rad; expected at most {tolerance[joint]:g} rad "
-                "(trial_start_tolerance): call controller/move_to_start first"
+                f"joint {self.robot.joints[joint]} is {distance[joint]:.4f} {unit} from the "
+                f"policy's start, {start[joint]:g} {unit}; expected at most "
+                f"{tolerance[joint]:g} {unit} (trial_start_tolerance): call "
+                "controller/move_to_start first"
             )
 
     def start(self, motion: Motion, now: float, finish: Callable[[Outcome], None]) -> None:

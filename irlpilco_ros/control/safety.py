@@ -46,9 +46,11 @@ def check_positions(robot: RobotSettings, margin: float, reading: JointReading) 
     below = reading.positions < robot.lower - leaning
     for joint in np.flatnonzero(above | below):
         side, limit = ("upper", robot.upper) if above[joint] else ("lower", robot.lower)
+        unit = robot.units[joint]
         raise MotionStoppedError(
-            f"joint {robot.joints[joint]} is at {reading.positions[joint]:.4f} rad, beyond its "
-            f"{side} limit {limit[joint]:g} rad; move it back by hand, and look why it went there"
+            f"joint {robot.joints[joint]} is at {reading.positions[joint]:.4f} {unit}, beyond its "
+            f"{side} limit {limit[joint]:g} {unit}; move it back by hand, and look why it "
+            "went there"
         )
 
 
@@ -78,17 +80,18 @@ def check_command(
             on that is within `margin` [rad] of its position limit, or will be in REACTION_TIME
             (within less of one that goes less than 1 rad in all).
     """
-    unit = "Nm" if robot.command_interface == "effort" else "rad/s"
-    names = robot.roles.commanded
+    is_effort, names = robot.command_interface == "effort", robot.roles.commanded
     for joint in np.flatnonzero(~np.isfinite(values)):
         raise MotionStoppedError(
             f"command of joint {names[joint]} is {values[joint]}; expected a finite number"
         )
     limit = robot.control_limit
     for joint in np.flatnonzero(np.abs(values) > limit * (1.0 + _ROUNDING)):
+        position = robot.units[robot.roles.commanded_columns[joint]]
+        unit = {"rad": "Nm", "m": "N"}[position] if is_effort else f"{position}/s"
         raise MotionStoppedError(
             f"command of joint {names[joint]} is {values[joint]:.4f} {unit}; "
-            f"its {'effort' if unit == 'Nm' else 'velocity'} limit is {limit[joint]:g} {unit}"
+            f"its {'effort' if is_effort else 'velocity'} limit is {limit[joint]:g} {unit}"
         )
     _check_way(robot, margin, reading, values)
 
@@ -105,9 +108,10 @@ def _check_way(robot: RobotSettings, margin: float, reading: JointReading, value
     for joint in np.flatnonzero((above & (going > 0.0)) | (below & (going < 0.0))):
         side = "upper" if going[joint] > 0.0 else "lower"
         limit = (robot.upper if side == "upper" else robot.lower)[joint]
+        unit = robot.units[joint]
         raise MotionStoppedError(
-            f"joint {robot.joints[joint]} at {reading.positions[joint]:.4f} rad comes within "
-            f"{margins[joint]:g} rad of its {side} limit {limit:g} rad and is moving on"
+            f"joint {robot.joints[joint]} at {reading.positions[joint]:.4f} {unit} comes within "
+            f"{margins[joint]:g} {unit} of its {side} limit {limit:g} {unit} and is moving on"
         )
 
 
@@ -181,7 +185,7 @@ def check_start(robot: RobotSettings, start: tuple[float, ...], margin: float) -
     for j, (joint, position) in enumerate(zip(robot.joints, start, strict=True)):
         if not lower[j] + margins[j] <= position <= upper[j] - margins[j]:
             raise InvalidSettingError(
-                f"start_position of joint {joint} is {position:g} rad; expected it at least "
-                f"position_margin = {margins[j]:g} rad inside its limits "
-                f"[{lower[j]:g}, {upper[j]:g}] rad"
+                f"start_position of joint {joint} is {position:g} {robot.units[j]}; expected it at "
+                f"least position_margin = {margins[j]:g} {robot.units[j]} inside its limits "
+                f"[{lower[j]:g}, {upper[j]:g}] {robot.units[j]}"
             )

@@ -83,7 +83,8 @@ def _closest(positions: Array, robot: RobotSettings) -> str:
     if not np.isfinite(nearest[joint]):
         return "no joint has one"
     side = "lower" if below[:, joint].min() < above[:, joint].min() else "upper"
-    return f"{robot.joints[joint]} comes within {nearest[joint]:.4f} rad of its {side} limit"
+    unit = robot.units[joint]
+    return f"{robot.joints[joint]} comes within {nearest[joint]:.4f} {unit} of its {side} limit"
 
 
 def _fastest(shown: ShownMotion, robot: RobotSettings) -> str:
@@ -91,5 +92,6 @@ def _fastest(shown: ShownMotion, robot: RobotSettings) -> str:
     speeds = np.abs(np.diff(states[:, :joints], axis=0)).max(axis=0) / robot.control_period
     limit = np.maximum(np.array(robot.velocity_limit), 1e-9)
     joint = int((speeds / limit).argmax())
-    needed = f"{robot.joints[joint]} needs {speeds[joint]:.3f} rad/s between two decisions"
+    unit = robot.units[joint]
+    needed = f"{robot.joints[joint]} needs {speeds[joint]:.3f} {unit}/s between two decisions"
     return f"{needed}, its limit is {limit[joint]:g}"

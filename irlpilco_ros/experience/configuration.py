@@ -21,6 +21,8 @@ from irlpilco_ros.learning.settings import declarations, from_values, values_of
 _ABSENT = "not there"
 _NEWER = values_of(MotionSettings(cut_to_motion=False))
 """Settings that runs may have been begun without, and what that meant."""
+_WORDS = ("sliding_joints",)
+"""Settings that change what is said, and not what is learned."""
 
 
 def write_configuration(path: Path, configuration: Mapping[str, Any]) -> None:
@@ -56,7 +58,10 @@ def differing_keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[st
     is not there any more had no say. A setting that was not there yet had its default, but for
     cut_to_motion: what runs of before it imitate was not cut.
     """
-    old, new = _plain(under_new_names(before)), _plain(now)
+    old, new = (
+        {key: value for key, value in _plain(each).items() if key not in _WORDS}
+        for each in (under_new_names(before), now)
+    )
     declared = declarations(LearningSettings) | declarations(RobotSettings)
     defaults = {name: each.default for name, each in declared.items()}
     old = {key: value for key, value in old.items() if key in new or "." not in key}

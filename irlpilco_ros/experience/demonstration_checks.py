@@ -86,9 +86,9 @@ def _beyond_limits(shown: Trajectory, robot: RobotSettings) -> Iterator[str]:
     sample, joint = _worst(beyond)
     if beyond[sample, joint] <= _NOISE:
         return
-    position = shown.positions[sample, joint]
+    position, unit = shown.positions[sample, joint], robot.units[joint]
     sentence = (
-        f"{robot.joints[joint]} is at {position:.4f} rad after {_time(shown, sample):.2f} s, "
+        f"{robot.joints[joint]} is at {position:.4f} {unit} after {_time(shown, sample):.2f} s, "
         f"outside its limits [{robot.lower[joint]:g}, {robot.upper[joint]:g}]"
     )
     yield sentence + _guess(shown, robot)
@@ -125,11 +125,11 @@ def _too_fast(shown: Trajectory, robot: RobotSettings, lag: int) -> str:
     if (excess <= 0.0).all():
         return ""
     k, joint = _worst(excess / passed)
-    speed = abs(steps[k, joint]) / passed[k, 0]
+    speed, unit = abs(steps[k, joint]) / passed[k, 0], robot.units[joint]
     return (
         f"{robot.joints[joint]} goes from {shown.positions[k, joint]:.4f} to "
-        f"{shown.positions[k + lag, joint]:.4f} rad in {passed[k, 0]:.3f} s, after "
-        f"{_time(shown, k):.2f} s: {speed:.1f} rad/s, where its limit is {limit[joint]:g}"
+        f"{shown.positions[k + lag, joint]:.4f} {unit} in {passed[k, 0]:.3f} s, after "
+        f"{_time(shown, k):.2f} s: {speed:.1f} {unit}/s, where its limit is {limit[joint]:g}"
         + _reason(shown, k, lag, joint)
     )
 
@@ -146,10 +146,11 @@ def _untrue(shown: Trajectory, robot: RobotSettings, lag: int) -> str:
     if (excess <= 0.0).all():
         return ""
     k, joint = _worst(excess / passed)
+    unit = robot.units[joint]
     return (
-        f"{robot.joints[joint]} moves by {steps[k, joint]:.4f} rad in {passed[k, 0]:.3f} s, after "
-        f"{_time(shown, k):.2f} s, where its recorded speeds make {expected[k, joint]:.4f} rad"
-        + _reason(shown, k, lag, joint)
+        f"{robot.joints[joint]} moves by {steps[k, joint]:.4f} {unit} in {passed[k, 0]:.3f} s, "
+        f"after {_time(shown, k):.2f} s, where its recorded speeds make "
+        f"{expected[k, joint]:.4f} {unit}" + _reason(shown, k, lag, joint)
     )
 
 

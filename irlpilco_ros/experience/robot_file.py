@@ -156,6 +156,9 @@ def _joint_lists(chains: Sequence[Chain], joints: Sequence[UrdfJoint]) -> Iterab
             "Turn without end: policies see sine and cosine; learn with features: joints"
         )
         yield from _list("continuous_joints", [endless])
+    slides = [_word(joint.name) for joint in joints if joint.slides]
+    if slides:
+        yield from _list("sliding_joints", [slides])
     sliding = _names(joint for joint in joints if joint.slides)
     yield from _note(f"[rad]{f'; [m] of {sliding}' if sliding else ''}")
     yield from _list("position_lower", by_chain(lambda joint: number(joint, 0)))

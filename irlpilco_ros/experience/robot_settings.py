@@ -6,7 +6,7 @@ A second robot is a second YAML file with these keys (see config/baxter.yaml), n
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -55,6 +55,11 @@ class RobotSettings(MotionSettings):
         "Those of `joints` that turn without end: model, policy and features see the sine and "
         "cosine of their angle. They may be shown anywhere; motions stop at their position limits "
         "all the same, so give them some that are never reached, such as 1000.",
+    )
+    sliding_joints: tuple[str, ...] = setting(
+        (),
+        "Those of `joints` whose positions are metres: what is told of them is told in [m]. It "
+        "changes nothing else.",
     )
     position_lower: tuple[float, ...] = setting(
         (),
@@ -153,6 +158,14 @@ class RobotSettings(MotionSettings):
         if len(set(self.joints)) != len(self.joints):
             raise InvalidSettingError(f"RobotSettings.joints names a joint twice: {self.joints}")
         Joints(self.joints, self.unactuated_joints, self.continuous_joints)
+        unknown = set(self.sliding_joints) - set(self.joints) | (
+            set(self.sliding_joints) & set(self.continuous_joints)
+        )
+        if unknown:
+            raise InvalidSettingError(
+                f"RobotSettings.sliding_joints names {', '.join(sorted(unknown))}; expected some "
+                "of RobotSettings.joints that do not turn (continuous_joints)"
+            )
         limits = zip(self.joints, self.position_lower, self.position_upper, strict=True)
         for joint, lower, upper in limits:
             if lower >= upper:
@@ -233,6 +246,11 @@ class RobotSettings(MotionSettings):
         )
 
     @cached_property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each joint's position (J)."""
+        return units_of(self.joints, self.sliding_joints)
+
+    @cached_property
     def lower(self) -> NDArray[np.float64]:
         """Lower position limits (J,) [rad]."""
         return np.array(self.position_lower)
@@ -263,6 +281,11 @@ class RobotSettings(MotionSettings):
         effort = self.command_interface == "effort"
         limit = np.array(self.effort_limit if effort else self.velocity_limit)
         return limit[self.roles.commanded_columns]
+
+
+def units_of(joints: Sequence[str], sliding: Collection[str]) -> tuple[str, ...]:
+    """Return the unit of each joint's position: "rad", or "m" if it slides."""
+    return tuple("m" if joint in sliding else "rad" for joint in joints)
 
 
 def robot_from_parameters(parameters: Mapping[str, Any]) -> RobotSettings:

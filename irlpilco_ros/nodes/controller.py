@@ -40,7 +40,7 @@ from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.suite_node import SuiteNode
 
 PATIENCE = 1.0
-"""How long a motion waits for joint states before it is refused for the lack of them [s]."""
+"""How long a motion waits for joint states, and for somebody who hears its commands [s]."""
 
 WATCH_PERIOD = 0.01
 """How often silence of the joint states is looked for [s]."""
@@ -213,18 +213,18 @@ class Controller(SuiteNode):
         return await self._move(approach, response)
 
     async def _listen(self) -> None:
-        """Wait a moment for joint states if they lack: one look at a busy computer tells little."""
+        """Wait a moment for the robot if it lacks: one look at a busy computer tells little."""
         end = time.monotonic() + PATIENCE
         while self._control.motion is None and time.monotonic() < end:
-            if not self._control.silence(time.monotonic()):
+            if not self._control.silence(time.monotonic()) and not self._output.unheard():
                 return
             await self._calls.sleep(WATCH_PERIOD)
 
     async def _move(self, motion: Motion, response: Trigger.Response) -> Trigger.Response:
         """Run a motion to its end and answer how it ended."""
-        others = self._output.others()
-        if others:
-            return _refusal(response, others)
+        hindrance = self._hindrance()
+        if hindrance:
+            return _refusal(response, hindrance)
         over = Future(executor=self.executor)
         self._stranger = ""
         try:
@@ -246,6 +246,13 @@ class Controller(SuiteNode):
             self.get_logger().error(outcome.message)
         response.success, response.message = outcome.succeeded, outcome.message
         return response
+
+    def _hindrance(self) -> str:
+        """Say what of the robot's surroundings keeps a motion from starting; empty if nothing."""
+        others = self._output.others()
+        if others or self._control.silence(time.monotonic()):
+            return others  # a robot that tells nothing may not be there: the motion says so
+        return self._output.unheard()
 
     def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         motion = self._control.motion
@@ -282,6 +289,7 @@ class Controller(SuiteNode):
         if self._others and self._others != before:
             self.get_logger().warning(self._others)
         silence = control.silence(time.monotonic())
+        unheard = self._output.unheard()
         if control.motion is not None:
             level, message = OK, f"{control.motion.name} is going on"
         elif self._fault:
@@ -294,6 +302,8 @@ class Controller(SuiteNode):
             level, message = WARN, self._others
         elif silence:
             level, message = WARN, silence
+        elif unheard:
+            level, message = WARN, unheard
         elif control.settings.position_margin < 0.0:
             margin = control.settings.position_margin
             level, message = WARN, f"position limits are not guarded (position_margin {margin:g})"

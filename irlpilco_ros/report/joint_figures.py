@@ -12,12 +12,12 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from irlpilco_ros.report import style
-from irlpilco_ros.report.run_summary import FloatArray, IterationSummary, RunSummary
+from irlpilco_ros.report.run_summary import UNKNOWN_UNIT, FloatArray, IterationSummary, RunSummary
 
 COLUMNS = 4
 ROW_HEIGHT = 1.75
-SMALLEST_SPAN = 0.2
-"""Smallest range of a position axis [rad], so that a joint at rest looks at rest."""
+SMALLEST_SPAN = {"rad": 0.2, "m": 0.02, UNKNOWN_UNIT: 0.2}
+"""Smallest range of a position axis, by its unit, so that a joint at rest looks at rest."""
 
 
 def joint_groups(joints: tuple[str, ...]) -> list[list[int]]:
@@ -35,9 +35,9 @@ def position_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
         figure, panels, free = _panels(run, iteration)
         for joint, axes in panels.items():
             _curves(axes, run, iteration, joint, lambda positions: positions)
-            _at_least(axes, SMALLEST_SPAN)
+            _at_least(axes, SMALLEST_SPAN[run.unit_of(joint)])
             axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
-        _label(figure, f"joint position [{run.unit}]")
+        _label(figure, "joint position", run)
         _legend(free[0], iteration)
         return figure
 
@@ -51,7 +51,7 @@ def difference_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
             _curves(axes, run, iteration, joint, run.difference)
             axes.set_ylim(-limit, limit)
             axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-        _label(figure, f"difference from the demonstration [{run.unit}]")
+        _label(figure, "difference from the demonstration", run)
         _legend(free[0], iteration)
         return figure
 
@@ -83,7 +83,7 @@ def _panels(
             free.append(axes)
             continue
         panels[cell] = axes
-        axes.set_title(style.pretty(run.joints[cell]))
+        axes.set_title(f"{style.pretty(run.joints[cell])}{run.beside(cell)}")
         axes.set_title(f"{errors[cell]:.4f}", loc="right", fontsize=8.0, color=style.FAINT)
         axes.set_xlim(run.times[0], run.times[-1])
         axes.xaxis.set_major_locator(MaxNLocator(2, integer=True, steps=[1, 2, 4, 5, 10]))
@@ -129,10 +129,12 @@ def _at_least(axes: Axes, span: float) -> None:
         axes.set_ylim(middle - 0.5 * span, middle + 0.5 * span)
 
 
-def _label(figure: Figure, quantity: str) -> None:
+def _label(figure: Figure, quantity: str, run: RunSummary) -> None:
     figure.supxlabel("time in the trial [s]", fontsize=9.0, y=0.008, va="bottom")
     if figure.get_figheight() < 2.0 * ROW_HEIGHT:  # one row of panels is no higher than this
         quantity = quantity.replace(" from the demonstration", "")
+    if not run.is_mixed:
+        quantity += f" [{run.unit}]"
     figure.supylabel(quantity, fontsize=9.0, x=0.004)
 
 

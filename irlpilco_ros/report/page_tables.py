@@ -52,7 +52,8 @@ def acceleration_table(run: RunSummary) -> Table | None:
     paths += [("open-loop replay", "replay", run.replay_path)]
     paths += [("demonstration", "replay", run.demonstration_path)]
     known = [each for each in paths if math.isfinite(each[2].acceleration_max)]
-    headings = ("iteration", "99 % of the time below [rad/s²]", "largest [rad/s²]")
+    unit = _per_time(run.unit, "s²")
+    headings = ("iteration", f"99 % of the time below [{unit}]", f"largest [{unit}]")
     rows = tuple(TableRow(kind, (name, *_accelerations(path))) for name, kind, path in known)
     return Table(headings, rows) if rows else None
 
@@ -72,10 +73,14 @@ def use_table(run: RunSummary) -> Table | None:
     if not run.uses:
         return None
     is_effort = run.commands == "efforts"
-    headings = ["joint", f"went [{run.unit}]", f"may go [{run.unit}]"]
-    headings += [f"largest speed [{_per_second(run.unit)}]", "shown", "limit"]
+    if run.is_mixed:
+        headings = ["joint", "went", "may go", "largest speed, per s", "shown", "limit"]
+    else:
+        headings = ["joint", f"went [{run.unit}]", f"may go [{run.unit}]"]
+        headings += [f"largest speed [{_per_time(run.unit, 's')}]", "shown", "limit"]
     headings += ["largest effort", "limit"] if is_effort else ["largest command"]
-    return Table(tuple(headings), tuple(_use_row(each, is_effort) for each in run.uses))
+    rows = [_use_row(use, run.beside(j), is_effort) for j, use in enumerate(run.uses)]
+    return Table(tuple(headings), tuple(rows))
 
 
 def use_sentence(run: RunSummary) -> str:
@@ -86,8 +91,8 @@ def use_sentence(run: RunSummary) -> str:
     near = min(run.uses, key=lambda each: each.room)
     return (
         f"Fastest for its limit: {style.pretty(fast.joint)}, {_percent(fast.speed_share)} of "
-        f"{fast.speed_limit:g}\u00a0{_per_second(run.unit)}. Nearest to an end of its range: "
-        f"{style.pretty(near.joint)}, {near.room:.2f}\u00a0{run.unit} before it."
+        f"{fast.speed_limit:g}\u00a0{_per_time(_unit(run, fast), 's')}. Nearest to an end of its "
+        f"range: {style.pretty(near.joint)}, {near.room:.2f}\u00a0{_unit(run, near)} before it."
     )
 
 
@@ -96,19 +101,23 @@ def number(value: float, form: str) -> str:
     return format(value, form) if math.isfinite(value) else "-"
 
 
-def _use_row(use: JointUse, is_effort: bool) -> TableRow:
+def _use_row(use: JointUse, unit: str, is_effort: bool) -> TableRow:
     command = [number(use.command, ".3g")]
     if is_effort:
         known = math.isfinite(use.command)
         command.append(number(use.command_limit if known else math.nan, "g"))
     speeds = (number(use.speed, ".2f"), number(use.shown_speed, ".2f"), f"{use.speed_limit:g}")
     ranges = (_range(use.reached), _range(use.limits))
-    return TableRow("", (style.pretty(use.joint), *ranges, *speeds, *command))
+    return TableRow("", (f"{style.pretty(use.joint)}{unit}", *ranges, *speeds, *command))
 
 
-def _per_second(unit: str) -> str:
-    """Return the unit of speeds: "rad or m" gives "rad/s or m/s"."""
-    return " or ".join(f"{each}/s" for each in unit.split(" or "))
+def _unit(run: RunSummary, use: JointUse) -> str:
+    return run.unit_of(run.uses.index(use))
+
+
+def _per_time(unit: str, time: str) -> str:
+    """Return a unit per [s] or [s²]: "rad or m" gives "rad/s or m/s"."""
+    return " ".join(f"{word}/{time}" if word in ("rad", "m") else word for word in unit.split())
 
 
 def _range(ends: tuple[float, float]) -> str:

@@ -14,6 +14,7 @@ from irlpilco_ros.experience.configuration import motion_settings
 from irlpilco_ros.experience.errors import RunDirectoryError
 from irlpilco_ros.experience.metrics import DEMONSTRATION, REPLAY, MetricsRow
 from irlpilco_ros.experience.path_quality import UNKNOWN, MotionPath, PathQuality
+from irlpilco_ros.experience.robot_settings import units_of
 from irlpilco_ros.experience.run_directory import WINDOW, RunDirectory
 from irlpilco_ros.experience.shown_motion import ShownMotion, Wanted, shown_motions
 from irlpilco_ros.learning.errors import InvalidSettingError
@@ -25,7 +26,13 @@ from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.report.courses import TRIAL, course, course_of_trial
 from irlpilco_ros.report.joint_use import JointUse, Movement, joint_uses
 from irlpilco_ros.report.resimulation import can_resimulate
-from irlpilco_ros.report.run_summary import IterationSummary, ModelSummary, RunSummary
+from irlpilco_ros.report.run_summary import (
+    UNKNOWN_UNIT,
+    IterationSummary,
+    ModelSummary,
+    RunSummary,
+    all_of,
+)
 
 
 def read_run(run: RunDirectory) -> RunSummary:
@@ -138,19 +145,26 @@ def _horizon(configuration: Mapping[str, Any]) -> int:
 
 def _words(configuration: Mapping[str, Any], joints: Joints) -> dict[str, Any]:
     """Return names and units, by the fields of `RunSummary`."""
-    # Of the simulated robot alone it is known that no joint slides.
-    unit = "rad" if can_resimulate(joints.names) else "rad or m"
+    units = _units(configuration, joints)
+    unit = all_of(units)
     compared = configuration.get("features", "joints")
-    plain = unit == "rad" and not joints.continuous
+    plain = unit in ("rad", "m") and not joints.continuous
     return {
         "continuous": joints.continuous,
         "features": _feature_names(compared, joints),
-        "unit": unit,
-        "margin_unit": "rad²" if compared == "joints" and plain else "",
+        "units": units,
+        "margin_unit": f"{unit}²" if compared == "joints" and plain else "",
         "commands": "efforts"
         if configuration.get("command_interface") == "effort"
         else "velocities",
     }
+
+
+def _units(configuration: Mapping[str, Any], joints: Joints) -> tuple[str, ...]:
+    """Return the unit of each joint; runs of before `sliding_joints` do not know it."""
+    if "sliding_joints" in configuration or can_resimulate(joints.names):
+        return units_of(joints.names, _names(configuration, "sliding_joints"))
+    return (UNKNOWN_UNIT,) * len(joints.names)
 
 
 def _feature_names(compared: Any, joints: Joints) -> tuple[str, ...]:

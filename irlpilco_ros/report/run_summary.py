@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,14 @@ from irlpilco_ros.experience.path_quality import UNKNOWN, MotionPath, PathQualit
 from irlpilco_ros.report.joint_use import JointUse
 
 FloatArray = NDArray[np.float64]
+
+UNKNOWN_UNIT = "rad or m"
+"""Unit of a joint of which nobody knows whether it turns or slides."""
+
+
+def all_of(units: Collection[str]) -> str:
+    """Return the unit of what is told of joints of these units together, such as "rad and m"."""
+    return " and ".join(sorted(set(units), reverse=True))
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,8 @@ class RunSummary:
         settings: the run's configuration, key to printed value.
         continuous: those joints of which full turns do not count.
         features: names of the features that are weighted; empty where nobody knows them.
-        unit: of joint positions and their errors; where joints may slide, "rad or m".
+        units: of each joint's position and its errors, J of them; of a joint that may slide,
+            `UNKNOWN_UNIT`. Empty: all radians.
         margin_unit: of the margin; "" where features of several units add up in it.
         demonstrations: how often the task was shown.
         commands: what the robot is commanded, "velocities" or "efforts".
@@ -115,7 +124,7 @@ class RunSummary:
     settings: dict[str, str]
     continuous: tuple[str, ...] = ()
     features: tuple[str, ...] = ()
-    unit: str = "rad"
+    units: tuple[str, ...] = ()
     margin_unit: str = "rad²"
     demonstrations: int = 1
     commands: str = "velocities"
@@ -124,6 +133,24 @@ class RunSummary:
     demonstration_path: PathQuality = UNKNOWN
     courses: Mapping[str, MotionPath] = field(default_factory=dict)
     uses: tuple[JointUse, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of what is told of all joints together: "rad", "m", "rad and m"."""
+        return all_of(self.units) or "rad"
+
+    @property
+    def is_mixed(self) -> bool:
+        """Whether some joints turn and others slide: then each has its unit beside it."""
+        return len(set(self.units)) > 1
+
+    def unit_of(self, joint: int) -> str:
+        """Unit of one joint's position."""
+        return self.units[joint] if self.units else "rad"
+
+    def beside(self, joint: int) -> str:
+        """What stands beside the name of a joint: its unit, where not all have the same."""
+        return f" [{self.unit_of(joint)}]" if self.is_mixed else ""
 
     @property
     def path_is_known(self) -> bool:

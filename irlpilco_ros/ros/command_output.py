@@ -18,25 +18,13 @@ from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode, encode
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_COMMAND
+from irlpilco_ros.ros.receivers import nobody_listens
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.trajectory_output import short_trajectory
 
 _REMEMBERED = 1000  # commands of our own that may still be on their way back to us
 _LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"
-
-ALL_OUTPUTS = ControllerSettings(velocity_controller_output=True, joint_trajectory_output=True)
-"""Settings by which commands go out everywhere."""
-
-
-def command_topics(settings: ControllerSettings) -> tuple[str, ...]:
-    """Return the names of the topics on which commands go out."""
-    chosen = {
-        "joint_command": True,
-        "velocity_controller/commands": settings.velocity_controller_output,
-        "joint_trajectory_controller/joint_trajectory": settings.joint_trajectory_output,
-    }
-    return tuple(name for name, wanted in chosen.items() if wanted)
 
 
 class CommandOutput:
@@ -74,6 +62,7 @@ class CommandOutput:
                 f"{interface!r}, expected 'velocity'"
             )
         self._node = node
+        self._settings = settings
         self._joints = tuple(joints)
         self._interface = interface
         self._on_stranger = on_stranger
@@ -143,6 +132,10 @@ class CommandOutput:
                     "(what was killed is forgotten after 20 s)"
                 )
         return ""
+
+    def unheard(self) -> str:
+        """Say that nobody would be moved by a command, as far as is known; empty if somebody is."""
+        return nobody_listens(self._node, self._settings)
 
     def _encoded(self, command: Command) -> bytes:
         values = tuple(float(value) for value in command.values)

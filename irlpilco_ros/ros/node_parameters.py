@@ -67,6 +67,7 @@ NODE_PARAMETERS = (
     "screening_evaluations",
     "seed",
     "sensor_noise",
+    "sliding_joints",
     "speed",
     "speed_factor",
     "stall_timeout",

@@ -17,14 +17,20 @@ from irlpilco_ros.control.motions import Command
 from irlpilco_ros.control.nudge import Nudge
 from irlpilco_ros.experience.joint_state_cdr import decode
 from irlpilco_ros.experience.robot_settings import RobotSettings
-from irlpilco_ros.ros.command_output import ALL_OUTPUTS, CommandOutput, command_topics
+from irlpilco_ros.ros.command_output import CommandOutput
+from irlpilco_ros.ros.command_topics import (
+    ALL_OUTPUTS,
+    JOINT_COMMAND_TOPIC,
+    command_topics,
+    moving_topics,
+)
 from irlpilco_ros.ros.messages import clock_time
 from irlpilco_ros.ros.qos import CLOCK, STATE_RECORDING
+from irlpilco_ros.ros.receivers import receivers
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.session import POLL, Session
 
 _WATCH = 0.01  # [s] between two looks whether the robot still tells
-_OURS = ("controller", "demonstration_recorder")
 
 
 class RobotWatch:
@@ -77,9 +83,9 @@ class RobotWatch:
     def nudge(self) -> Iterable[Finding]:
         """Move each joint by a hundredth of a radian, and say what came of it; the robot moves."""
         assert self._output is not None  # it was said that it will be moved
-        others = self._output.others()
-        if others:
-            yield Finding(False, f"nudge: not moved, {others}")
+        hindrance = self._output.others() or self._output.unheard()
+        if hindrance:
+            yield Finding(False, f"nudge: not moved, {hindrance}")
             return
         nudge, outcomes = Nudge(self._robot, tries_timeout=self._clock is None), list[Outcome]()
         try:
@@ -140,23 +146,17 @@ class RobotWatch:
                     f"commands: {topic} is published by {', '.join(strangers)}; nobody but the "
                     "controller may (what was killed is forgotten after 20 s)",
                 )
-            elif topic == "joint_command":
+            elif topic == JOINT_COMMAND_TOPIC:
                 who = "the controller alone" if names else "nobody yet"
                 yield Finding(True, f"commands: {who} on {topic}")
 
     def _receivers(self) -> Finding:
-        topics = command_topics(self._settings)
-        node = self._session.node
-        hearing = {
-            info.node_name
-            for topic in topics
-            for info in node.get_subscriptions_info_by_topic(node.resolve_topic_name(topic))
-        } - {node.get_name(), *_OURS}
+        hearing = receivers(self._session.node, self._settings)
         if hearing:
             return Finding(True, f"receiver: {', '.join(sorted(hearing))}")
         return Finding(
             False,
-            f"receiver: nobody listens on {' or '.join(topics)}; what is to move the robot by it "
-            "(a driver, a bridge, or ros2_control with velocity_controller_output or "
-            "joint_trajectory_output: true)?",
+            f"receiver: nobody listens on {' or '.join(moving_topics(self._settings))}; what is "
+            "to move the robot by it (a driver, a bridge, or ros2_control with "
+            "velocity_controller_output or joint_trajectory_output: true)?",
         )

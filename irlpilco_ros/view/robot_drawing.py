@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from irlpilco_ros.kinematics.rigid_motion import quaternion_of
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.view.mesh_file import read_mesh
 from irlpilco_ros.view.urdf_look import Link, Shape
 
 _MOVING = ("revolute", "continuous", "prismatic")
@@ -85,12 +84,12 @@ class RobotDrawing:
         elif shape.kind == "cylinder":
             self._scene.add_cylinder(path, radius=shape.size[0], height=shape.size[1], **look)
         elif shape.file is not None:
-            import trimesh
-
-            mesh: Any = trimesh.load(shape.file, force="mesh")
-            self._scene.add_mesh_simple(
-                path, vertices=np.asarray(mesh.vertices) * shape.size, faces=mesh.faces, **look
-            )
+            mesh = read_mesh(shape.file)
+            if mesh is not None:
+                vertices, faces = mesh
+                self._scene.add_mesh_simple(
+                    path, vertices=vertices * shape.size, faces=faces, **look
+                )
 
 
 def _placed(pose: Array) -> dict[str, tuple[float, ...]]:

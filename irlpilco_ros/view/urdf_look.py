@@ -14,6 +14,7 @@ from irlpilco_ros.kinematics.rigid_motion import pose
 from irlpilco_ros.kinematics.urdf_tree import UrdfTree
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.resources import MissingResourceError, named_file
+from irlpilco_ros.view.mesh_file import can_be_read
 
 GREY = (0.6, 0.6, 0.62, 1.0)
 """Colour of what has none."""
@@ -131,7 +132,20 @@ def _link(name: str, joint: ElementTree.Element | None, shapes: tuple[Shape, ...
 def _shapes(
     link: ElementTree.Element, colours: dict[str, tuple[float, ...]], folder: Path | None
 ) -> Iterable[Shape]:
-    for visual in link.findall("visual"):
+    """Yield the shapes to look at; where none can be shown, those for collisions."""
+    seen = list(_shapes_of(link, "visual", colours, folder))
+    yield from seen or (
+        _shapes_of(link, "collision", colours, folder) if link.findall("visual") else ()
+    )
+
+
+def _shapes_of(
+    link: ElementTree.Element,
+    purpose: str,
+    colours: dict[str, tuple[float, ...]],
+    folder: Path | None,
+) -> Iterable[Shape]:
+    for visual in link.findall(purpose):
         geometry, material = visual.find("geometry"), visual.find("material")
         if geometry is None or not len(geometry):
             continue
@@ -155,13 +169,13 @@ def _shapes(
 
 
 def _mesh_file(name: str, folder: Path | None) -> Path | None:
-    """Return where a mesh is, None if it is not there."""
+    """Return where a mesh is, None if it is not there, or cannot be read."""
     try:
         path = named_file(name.removeprefix("file://"))
     except MissingResourceError:
         return None
     path = path if folder is None else folder / path
-    return path if path.is_file() else None
+    return path if path.is_file() and can_be_read(path) else None
 
 
 def _colours(robot: ElementTree.Element) -> Iterable[tuple[str, tuple[float, ...]]]:

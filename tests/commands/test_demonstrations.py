@@ -52,6 +52,11 @@ def recorded(tmp_path_factory):
     return path / "run", rows
 
 
+def inspect(bag, files):
+    """Run `irlpilco inspect` with the parameters files of a robot and its learner."""
+    return main(["inspect", str(bag), "--robot", str(files[0]), "--settings", str(files[1])])
+
+
 @pytest.fixture
 def files(tmp_path):
     robot, settings = tmp_path / "robot.yaml", tmp_path / "settings.yaml"
@@ -129,7 +134,7 @@ def test_inspect_says_what_train_does(recorded, files, tmp_path, capsys, kind):
     assert train(bag, recorded[0] / "trials", files, tmp_path / "out") == code
     said = capsys.readouterr().err
     assert (tmp_path / "out").exists() == (code == 0)
-    assert main(["inspect", str(bag), "--robot", str(files[0])]) == 0
+    assert inspect(bag, files) == 0
     lines = capsys.readouterr().out.splitlines()
     (verdict,) = [line for line in lines if line.startswith("as a demonstration: ")]
     assert reason in verdict
@@ -142,7 +147,7 @@ def test_inspect_says_how_good_a_recording_is(files, tmp_path, capsys):
     noise = 4e-4 * np.random.default_rng(0).standard_normal(shown.positions.shape)
     noisy = dataclasses.replace(shown, positions=shown.positions + noise)
     bag = write_trajectory(tmp_path, noisy)
-    assert main(["inspect", str(bag), "--robot", str(files[0])]) == 0
+    assert inspect(bag, files) == 0
     text = capsys.readouterr().out
     assert "6 decisions of 0.5 s, from 1." in text
     assert "rate: 100.0 Hz; the longest time without a sample is 0.010 s" in text
@@ -155,10 +160,10 @@ def test_inspect_says_how_good_a_recording_is(files, tmp_path, capsys):
 
 def test_inspect_says_what_a_trial_is_to_the_robot(recorded, files, tmp_path, capsys):
     trial = str(recorded[0] / "trials" / "000")
-    assert main(["inspect", trial, "--robot", str(files[0])]) == 0
+    assert inspect(trial, files) == 0
     assert "as a trial: 6 decisions, one every 0.5 s" in capsys.readouterr().out
     files[0].write_text(toy_robot.ROBOT_FILE.replace("control_period: 0.5", "control_period: 0.1"))
-    assert main(["inspect", trial, "--robot", str(files[0])]) == 0
+    assert inspect(trial, files) == 0
     said = capsys.readouterr().out
     assert "its commands were decided every 0.500 s; the robot's control_period is 0.1 s" in said
 
@@ -215,8 +220,27 @@ def test_a_turning_joint_is_learned_through_its_wrap(files, tmp_path, capsys):
 
 def test_inspect_judges_the_motion_that_the_learner_takes(repository, capsys):
     """All that was recorded of it, of which the samples are a part."""
-    bag, file = repository / "bags/sweep/demonstration", repository / "config/baxter.yaml"
-    assert main(["inspect", str(bag), "--robot", str(file)]) == 0
-    (shown,) = checked_demonstrations(bag, read_robot_settings(file))
+    bag, robot = repository / "bags/sweep/demonstration", repository / "config/baxter.yaml"
+    learner = repository / "config/cornered_sweep.yaml"
+    assert inspect(bag, (robot, learner)) == 0
+    (shown,) = checked_demonstrations(bag, read_robot_settings(robot))
     assert shown.motion is not None
-    assert f"; {shown.motion.sentence()}\n" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"; {shown.motion.sentence()}\n" in said
+    assert "16 decisions of 0.5 s" in said
+    assert f"pace: control_period is 0.5 s ({robot})" in said
+
+
+def test_inspect_judges_at_the_pace_at_which_will_be_learned(repository, capsys):
+    """By default that of config/sweep.yaml, as of `irlpilco train` and of docs/own_robot.md."""
+    bag, robot = repository / "bags/sweep/demonstration", repository / "config/baxter.yaml"
+    assert main(["inspect", str(bag), "--robot", str(robot)]) == 0
+    said = capsys.readouterr().out
+    assert "31 decisions of 0.25 s" in said
+    assert f"pace: control_period is 0.25 s ({repository / 'config/sweep.yaml'})" in said
+
+
+@pytest.mark.parametrize("words", [["--settings", "a.yaml"], ["--demonstration-window", "1", "2"]])
+def test_inspect_needs_the_robot_to_say_what_it_learns(repository, capsys, words):
+    assert main(["inspect", str(repository / "bags/sweep/demonstration"), *words]) == 1
+    assert "name its parameters file, too, with --robot" in capsys.readouterr().err

@@ -28,6 +28,45 @@ def test_it_says_what_it_made_and_what_is_to_be_done(urdf, tmp_path, capsys):
     assert f'urdf: "{urdf}"' in out.read_text()
 
 
+@pytest.mark.parametrize(
+    ("given", "written"),
+    [
+        ("more/../arm.urdf", "arm.urdf"),
+        ("./arm.urdf", "arm.urdf"),
+        ("link/arm.urdf", "link/arm.urdf"),  # a link stays: what it leads to may change
+        ("link/../arm.urdf", "elsewhere/arm.urdf"),  # but up from it is where it leads to
+    ],
+)
+def test_the_path_of_the_urdf_is_a_plain_one(urdf, tmp_path, monkeypatch, given, written):
+    for folder in ("more", "elsewhere/deep"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "link").symlink_to(tmp_path / "elsewhere/deep")
+    for folder in ("elsewhere", "elsewhere/deep"):
+        (tmp_path / folder / "arm.urdf").write_text(ARM)
+    monkeypatch.chdir(tmp_path)
+    assert main(["robot", given, "--out", "my_robot.yaml"]) == 0
+    assert f'urdf: "{tmp_path / written}"' in (tmp_path / "my_robot.yaml").read_text()
+
+
+def test_a_urdf_that_is_kept_has_a_plain_path_too(tmp_path, monkeypatch):
+    (tmp_path / "more").mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO(ARM))
+    assert main(["robot", "-", "--out", "more/../my_robot.yaml"]) == 0
+    assert f'urdf: "{tmp_path / "my_robot.urdf"}"' in (tmp_path / "my_robot.yaml").read_text()
+
+
+def test_a_urdf_in_a_package_is_named_as_such(tmp_path, monkeypatch):
+    share = tmp_path / "share/arm_description/urdf"
+    share.mkdir(parents=True)
+    (share / "arm.urdf").write_text(ARM)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    name = "package://arm_description/urdf/arm.urdf"
+    assert main(["robot", name, "--out", "my_robot.yaml"]) == 0
+    assert f'urdf: "{name}"' in (tmp_path / "my_robot.yaml").read_text()
+
+
 def test_a_urdf_from_a_pipe_is_kept_beside_the_file(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(TORSO))
     out = tmp_path / "my_robot.yaml"

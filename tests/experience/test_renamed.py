@@ -74,3 +74,7 @@ def test_settings_of_extensions_come_and_go_with_what_is_installed():
     assert differing_keys({"seed": 0, "gone.gain": 2.0}, {"seed": 0}) == []
     assert differing_keys({"seed": 0}, {"seed": 0, "rbf.count": 10}) == []
     assert differing_keys({"seed": 0}, {"seed": 0, "rbf.count": 11}) == ["rbf.count was 10, now 11"]
+
+
+def test_what_is_only_said_otherwise_is_the_same_run():
+    assert differing_keys({"seed": 0}, {"seed": 0, "sliding_joints": ["lift"]}) == []

@@ -42,6 +42,7 @@ def test_limits_are_those_of_the_urdf_to_the_last_digit(read):
     assert settings.position_upper == (0.4, 2.1, 1000.0, 0.04)
     assert settings.velocity_limit == (0.2, 1.5, 2.0, 0.1)
     assert settings.effort_limit == ()  # the lift has none
+    assert settings.units == ("m", "rad", "rad", "m")
     assert settings.doubts() == ()
 
 

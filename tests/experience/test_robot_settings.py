@@ -38,6 +38,11 @@ def test_limits_are_arrays_in_the_unit_of_the_interface():
         ({"velocity_limit": (1.0,)}, "velocity_limit has 1 values for 2 joints"),
         ({"position_lower": (0.0, 1.0)}, r"joint wrist are \[1\.0, 1\.0\]"),
         ({"command_interface": "effort", "effort_limit": ()}, "effort_limit has 0 values"),
+        ({"sliding_joints": ("hand",)}, "sliding_joints names hand"),
+        (
+            {"sliding_joints": ("wrist",), "continuous_joints": ("wrist",)},
+            "some of RobotSettings.joints that do not turn",
+        ),
         ({"control_period": 0.0}, "control_period is 0"),
     ],
 )

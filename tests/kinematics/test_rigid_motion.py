@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from irlpilco_ros.kinematics.rigid_motion import (
     difference,
@@ -13,7 +16,22 @@ from irlpilco_ros.kinematics.rigid_motion import (
     pose,
     pose_of_quaternion,
     quaternion_of,
+    roll_pitch_yaw_of,
 )
+
+ANGLES = (0.0, 0.4, -1.3, np.pi / 2, -np.pi / 2, np.pi, 3.0)
+
+
+def test_angles_and_quaternions_are_those_of_scipy():
+    for angles in itertools.product(ANGLES, repeat=3):
+        matrix, theirs = pose((0, 0, 0), angles), Rotation.from_euler("xyz", angles)
+        np.testing.assert_allclose(matrix[:3, :3], theirs.as_matrix(), atol=1e-15)
+        quaternion = quaternion_of(matrix)
+        sign = np.sign(quaternion @ theirs.as_quat())
+        np.testing.assert_allclose(quaternion, sign * theirs.as_quat(), atol=1e-15)
+        assert quaternion[3] >= 0.0
+        again = pose((0, 0, 0), roll_pitch_yaw_of(matrix[:3, :3]))
+        np.testing.assert_allclose(again, matrix, atol=1e-15)
 
 
 def some(count: int, size: float = 1.0) -> np.ndarray:

@@ -77,6 +77,15 @@ def test_a_receiver_that_moves_on_without_commands_is_told(ros, check):
         assert "ok    elbow: makes 1.00 of its command" in told
 
 
+def test_nothing_is_nudged_by_what_nobody_hears(ros, check):
+    with FakeRobot(ros, JOINTS, wall_step=0.01, listeners=0) as robot:
+        code, told = check({**ROBOT, "velocity_controller_output": True}, "--nudge")
+    assert code == 1
+    assert "WRONG receiver: nobody listens on velocity_controller/commands" in told
+    assert "WRONG nudge: not moved, nobody listens to the commands" in told
+    assert not robot.commands
+
+
 def test_where_nobody_is_it_says_so(ros, check):
     code, told = check(ROBOT)
     assert code == 1

@@ -108,7 +108,7 @@ def test_report_of_a_cart_pole_whose_pole_nobody_commands(tmp_path: Path) -> Non
     assert main(["train", *arguments]) == 0
     assert main(["report", str(run)]) == 0
     html = (run / "report" / "index.html").read_text(encoding="utf-8")
-    assert "rad or m" in html  # the cart slides, the pole turns
+    assert "rad and m" in html  # the cart slides, the pole turns
     for name in ("cart", "sin pole", "cos pole"):
         assert f">{name}</text>" in (run / "report" / "weights.svg").read_text(encoding="utf-8")
     relevance = (run / "report" / "relevance.svg").read_text(encoding="utf-8")

@@ -17,7 +17,7 @@ from irlpilco_ros.report.debris_figure import DEMONSTRATION, LEARNED, REPLAY, de
 from irlpilco_ros.report.joint_figures import difference_figure, joint_groups, position_figure
 from irlpilco_ros.report.model_figure import relevance_figure
 from irlpilco_ros.report.progress_figures import error_figure, time_figure, weights_figure
-from irlpilco_ros.report.run_summary import DebrisCount
+from irlpilco_ros.report.run_summary import UNKNOWN_UNIT, DebrisCount
 
 BAXTER = tuple(
     f"{side}_{joint}"
@@ -165,11 +165,22 @@ def test_computing_time_is_stacked_and_robot_time_adds_up() -> None:
 
 
 def test_figures_name_the_unit_of_the_robot() -> None:
-    run = dataclasses.replace(summary(("a", "b")), unit="rad or m", margin_unit="")
+    unknown = (UNKNOWN_UNIT, UNKNOWN_UNIT)
+    run = dataclasses.replace(summary(("a", "b")), units=unknown, margin_unit="")
     assert position_figure(run, run.last).get_supylabel() == "joint position [rad or m]"
     assert difference_figure(run, run.last).get_supylabel() == "difference [rad or m]", "short"
     assert "[rad or m]" in error_figure(run).axes[0].get_ylabel()
     assert weights_figure(run).axes[1].get_ylabel() == "margin of the weights"
+
+
+def test_where_joints_turn_and_slide_each_has_its_unit() -> None:
+    run = dataclasses.replace(summary(("a", "b")), units=("rad", "m"))
+    figure = position_figure(run, run.last)
+    assert figure.get_supylabel() == "joint position"
+    assert [axes.get_title("left") for axes in figure.axes[:2]] == ["a [rad]", "b [m]"]
+    assert "[rad and m]" in error_figure(run).axes[0].get_ylabel()
+    sliding = dataclasses.replace(run, units=("m", "m"))
+    assert position_figure(sliding, run.last).get_supylabel() == "joint position [m]"
 
 
 def test_relevance_has_a_name_at_every_row_and_column() -> None:

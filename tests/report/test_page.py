@@ -162,10 +162,13 @@ def test_limits_and_what_was_used_of_them_are_told(artwork: Artwork) -> None:
 
 def test_efforts_have_limits_of_their_own_and_sliding_joints_their_unit(artwork: Artwork) -> None:
     run = summary(("a_1", "b"))
-    run = dataclasses.replace(run, commands="efforts", unit="rad or m", uses=USES)
+    run = dataclasses.replace(run, commands="efforts", units=("rad", "m"), uses=USES)
     text = Page(render_page(run, artwork, MADE)).text
     assert "largest effort" in text
-    assert "largest speed [rad/s or m/s]" in text
+    for words in ("a 1 [rad]", "b [m]", "largest speed, per s", "0.05\xa0m before it", "rad and m"):
+        assert words in text
+    alike = dataclasses.replace(run, units=("m", "m"))
+    assert "largest speed [m/s]" in Page(render_page(alike, artwork, MADE)).text
     assert "nan" not in text
 
 

@@ -10,6 +10,7 @@ from irlpilco_ros.kinematics.errors import RobotDescriptionError
 from irlpilco_ros.kinematics.robot_kinematics import RobotKinematics
 from irlpilco_ros.kinematics.tools import Tool
 from irlpilco_ros.resources import config_file
+from irlpilco_ros.view import mesh_file
 from irlpilco_ros.view.urdf_look import GREY, links_of
 
 JOINTS = ("lift", "shoulder", "elbow", "left_finger")
@@ -75,11 +76,39 @@ def test_meshes_are_shown_where_they_are_and_else_there_are_bones(tmp_path):
     assert all(link.shapes for link in bones)
     (length,) = {s.size[1] for link in bones for s in link.shapes if s.kind == "cylinder"}
     assert length == pytest.approx(0.3)
-    (tmp_path / "none.dae").touch()
-    links = links_of(ARM.replace("package://nobody/", ""), tmp_path)
-    assert {shape.file for link in links for shape in link.shapes} == {tmp_path / "none.dae"}
+    (tmp_path / "none.stl").touch()
+    links = links_of(ARM.replace("package://nobody/none.dae", "none.stl"), tmp_path)
+    assert {shape.file for link in links for shape in link.shapes} == {tmp_path / "none.stl"}
 
 
 def test_what_is_no_number_is_said():
     with pytest.raises(RobotDescriptionError, match="a number of the URDF is none"):
         links_of(ARM.replace('xyz="0 0 0.3"', 'xyz="0 0 high"'))
+
+
+MESHES = (
+    '<visual><geometry><mesh filename="arm.dae"/></geometry></visual>'
+    '<collision><geometry><mesh filename="arm.stl"/></geometry></collision>'
+)
+
+
+@pytest.mark.parametrize(("installed", "shown"), [(True, ["arm.dae"]), (False, ["arm.stl"])])
+def test_a_mesh_that_cannot_be_read_here_gives_way_to_the_shape_for_collisions(
+    tmp_path, monkeypatch, capsys, installed, shown
+):
+    monkeypatch.setattr(mesh_file, "find_spec", lambda name: object() if installed else None)
+    mesh_file._tell.cache_clear()
+    for name in ("arm.dae", "arm.stl"):
+        (tmp_path / name).touch()
+    urdf = robot([joint("a", "revolute", "base", "link", limit=LIMIT)])
+    urdf = urdf.replace('<link name="link">', f'<link name="link">{MESHES}')
+    (link,) = [link for link in links_of(urdf, tmp_path) if link.name == "link"]
+    assert [shape.file.name for shape in link.shapes] == shown
+    assert capsys.readouterr().err.count("pip install pycollada") == (not installed)
+
+
+def test_a_mesh_that_is_damaged_is_left_out_and_told(tmp_path, capsys):
+    pytest.importorskip("trimesh", reason="trimesh comes with viser, which is not installed")
+    (tmp_path / "arm.stl").write_bytes(b"solid nothing")
+    assert mesh_file.read_mesh(tmp_path / "arm.stl") is None
+    assert f"the mesh {tmp_path / 'arm.stl'} is left out" in capsys.readouterr().err
