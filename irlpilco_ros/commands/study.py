@@ -72,7 +72,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--iterations",
-        type=at_least(1),
+        type=whole(1),
         metavar="N",
         help="learned policies of each run, of reproduce (default: 15) and reading (default: 7); "
         "results of another number have a folder of their own and are in no figure",
