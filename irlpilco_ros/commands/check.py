@@ -21,6 +21,7 @@ exit code: 0 if all is right, 1 if something is not
 examples:
   irlpilco check --robot my_robot.yaml
   irlpilco check --robot my_robot.yaml --nudge      the robot moves!
+  irlpilco check --robot my_robot.yaml -r velocity_controller/commands:=other_controller/commands
   irlpilco check --robot config/baxter.yaml --namespace /robot --seconds 10
 """
 
@@ -47,6 +48,14 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--namespace", default="", metavar="NS", help="namespace of the robot, such as /robot"
+    )
+    parser.add_argument(
+        "-r",
+        "--remap",
+        action="append",
+        default=[],
+        metavar="FROM:=TO",
+        help="another name of a topic, as the controller is given it",
     )
     parser.set_defaults(run=run)
 
@@ -80,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     for doubt in robot.doubts():
         show(Finding(False, f"file: {doubt}"))
-    with Session("irlpilco_check", namespace=arguments.namespace) as session:
+    with Session("irlpilco_check", arguments.namespace, arguments.remap) as session:
         watch = RobotWatch(session, robot, settings, arguments.nudge)
         for finding in watch.listen(arguments.seconds):
             show(finding)

@@ -182,7 +182,7 @@ def _joint_lists(chains: Sequence[Chain], joints: Sequence[UrdfJoint]) -> Iterab
 
 def _commands(joints: Sequence[UrdfJoint]) -> Iterable[str]:
     yield "    command_interface: velocity"
-    yield "    control_period: 0.5   # [s] between two decisions"
+    yield "    control_period: 0.5   # [s] between two decisions, where learning sets no other"
     yield "    horizon: 0            # decisions per trial; 0: as many as the demonstration takes"
     if any("velocity" in joint.interfaces for joint in joints):
         yield from _note(

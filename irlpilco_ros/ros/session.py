@@ -40,15 +40,16 @@ class Session:
             None.
     """
 
-    def __init__(self, name: str, namespace: str = "") -> None:
+    def __init__(self, name: str, namespace: str = "", remappings: Sequence[str] = ()) -> None:
         """Start the node.
 
         Args:
             name: Name of the node.
             namespace: Its namespace; the services it calls are in there too.
+            remappings: Names that it uses instead of others, each as FROM:=TO.
 
         Raises:
-            RosStartError: ROS cannot begin, or the namespace is none.
+            RosStartError: ROS cannot begin, or the namespace or a remapping is none.
         """
         namespace = f"/{namespace.strip('/')}"
         try:
@@ -57,7 +58,8 @@ class Session:
             raise RosStartError(" ".join(str(error).replace("^", "").split())) from error
         self._context = Context()
         # Ctrl-C must raise KeyboardInterrupt here as in any other command.
-        begin(["irlpilco"], self._context)
+        rules = [word for rule in remappings for word in ("-r", rule)]
+        begin(["irlpilco", "--ros-args", *rules], self._context)
         with told_in_words():
             self.node = Node(name, namespace=namespace, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)

@@ -80,7 +80,6 @@ class Motions:
         joints: The robot's joints, in the order of the columns.
         entries: The motions, at least one.
         first: Which of them is shown first.
-        unit: Of the positions, such as "rad".
     """
 
     title: str

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from irlpilco_ros.experience.robot_settings import units_of
 from irlpilco_ros.learning.numerics.arrays import Array
+from irlpilco_ros.report.run_summary import all_of
 from irlpilco_ros.view.motions import Course, Motions
 from irlpilco_ros.view.robot_drawing import RobotDrawing
 from irlpilco_ros.view.urdf_look import Link
@@ -45,6 +47,8 @@ class Page:
             links: What the robot looks like.
         """
         self._server, self._motions = server, motions
+        sliding = {link.joint for link in links if link.kind == "prismatic"}
+        self._units = units_of(motions.joints, sliding)
         self._lock = threading.RLock()
         self._entry = motions.entries[motions.first]
         self._course: Course = self._entry.read()
@@ -160,8 +164,9 @@ class Page:
         error = course.error
         sample, joint = np.unravel_index(np.abs(error).argmax(), error.shape)
         return (
-            f"{course.times[-1]:.1f} s; {np.sqrt(np.mean(error**2)):.4f} rad off the demonstration "
-            f"(RMS over joints and time); most {abs(error[sample, joint]):.4f} rad, "
+            f"{course.times[-1]:.1f} s; {np.sqrt(np.mean(error**2)):.4f} {all_of(self._units)} "
+            f"off the demonstration (RMS over joints and time); most "
+            f"{abs(error[sample, joint]):.4f} {self._units[joint]}, "
             f"{self._motions.joints[joint]} at {course.times[sample]:.1f} s"
         )
 
@@ -192,6 +197,7 @@ class Page:
         """Return the error of every joint over time; where nothing was shown, its position."""
         joints, course = self._motions.joints, self._course
         is_alone = course.wanted is None
+        thousandths = all_of([f"m{unit}" for unit in self._units])
         lines = [
             {"label": joint, "stroke": _COLOURS[k % len(_COLOURS)], "width": 1.2}
             for k, joint in enumerate(joints)
@@ -199,7 +205,11 @@ class Page:
         return {
             "data": (course.times, *(course.positions if is_alone else _MILLI * course.error).T),
             "series": ({"label": "time [s]"}, *lines),
-            "title": "joints [rad]" if is_alone else "off the demonstration [mrad]",
+            "title": (
+                f"joints [{all_of(self._units)}]"
+                if is_alone
+                else f"off the demonstration [{thousandths}]"
+            ),
             **_axes(),
         }
 
@@ -226,7 +236,7 @@ class Page:
                 {"label": f"predicted - {_SIGMAS:g} sigma", "stroke": "#2e8b5766", "width": 1},
             ),
             "bands": ({"series": (3, 4), "fill": "#2e8b5733"},),
-            "title": f"{name} [rad]",
+            "title": f"{name} [{self._units[joint]}]",
             **_axes(),
         }
 

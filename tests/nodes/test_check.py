@@ -7,6 +7,7 @@ import yaml
 from controlled_robot import JOINTS, ROBOT
 from fake_robot import FakeRobot
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
 
 from irlpilco_ros.cli import main
 from irlpilco_ros.ros.qos import JOINT_COMMAND
@@ -84,6 +85,21 @@ def test_nothing_is_nudged_by_what_nobody_hears(ros, check):
     assert "WRONG receiver: nobody listens on velocity_controller/commands" in told
     assert "WRONG nudge: not moved, nobody listens to the commands" in told
     assert not robot.commands
+
+
+def test_another_name_of_the_output_is_given_as_to_the_controller(ros, check):
+    robot = {**ROBOT, "velocity_controller_output": True}
+    remap = ("-r", "velocity_controller/commands:=wheels/commands")
+    ros.listen(Float64MultiArray, "wheels/commands")
+    _, told = check(robot)
+    assert "WRONG receiver: nobody listens on velocity_controller/commands" in told
+    _, told = check(robot, *remap)
+    assert f"ok    receiver: {ros.node.get_name()}" in told
+
+
+def test_a_remapping_that_is_none_ends_it_with_a_sentence(check):
+    code, told = check(ROBOT, "-r", "commands")
+    assert (code, told) == (1, "")
 
 
 def test_where_nobody_is_it_says_so(ros, check):

@@ -129,10 +129,10 @@ def turned(page):
 
 
 def test_the_page_shows_what_is_chosen(page):
-    assert "0.0500 rad off the demonstration" in page._words.content
+    assert "0.0500 rad and m off the demonstration" in page._words.content
     page._trial.value = "iteration 1"
     page._choose()
-    assert "0.1000 rad off the demonstration" in page._words.content
+    assert "0.1000 rad and m off the demonstration" in page._words.content
     before = turned(page)
     page._time.value = 1.5
     page._show_time()
@@ -167,7 +167,7 @@ def test_it_loads_without_errors_and_the_slider_moves_the_robot(page, tmp_path):
         wait_for(lambda: page._time.value == 2.0, "the end of the motion")
         wait_for(lambda: np.abs(turned(page) - before).max() > 0.1, "the robot to move")
         text = tab.run("document.body.innerText")
-        assert "0.0500 rad off the demonstration" in text
+        assert "0.0500 rad and m off the demonstration" in text
         assert not tab.errors
     finally:
         tab.close()
