@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from irlpilco_ros.commands.number_options import whole
 from irlpilco_ros.learning.errors import InvalidSettingError
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # studies are loaded when one is run
     from irlpilco_ros.studies.experiment import Experiment
     from irlpilco_ros.studies.result_store import ResultStore
 
@@ -28,6 +28,7 @@ EXPERIMENTS = {
         "second_robot",
         "ablation",
         "reproduce",
+        "reading",
         "thesis_perturbations",
     ),
     "cart-pole": ("mc_pilco",),
@@ -39,7 +40,8 @@ baxter     the sweep on a simulated Baxter: the whole path of the arm on robots 
            miscalibrated and late, beside iterative learning control; the sweep at other places
            and speeds; other control periods; robot time, perturbations against replay, tracking and
            cloning, debris in the pan, hand features, demonstrations that differ in an elbow,
-           ablation, and the thesis's own settings and methods over 15 iterations
+           ablation, the thesis's own settings and methods over 15 iterations, and other readings
+           of the thesis, one setting changed at a time
 cart-pole  classical PILCO on the cart-pole of MC-PILCO's published script, whose numbers are for
            50 seeds (what the thesis did with a cart-pole is irlpilco cart-pole)
 
@@ -49,6 +51,7 @@ an hour. Tables go to OUT/tables.md, figures to OUT/figures.
 
 examples:
   irlpilco study baxter --experiments motion --seeds 3
+  irlpilco study baxter --experiments reproduce --seeds 2 --iterations 4
   irlpilco study baxter --processes 2
   irlpilco study baxter --dask tcp://scheduler:8786
   irlpilco study baxter --document docs/results.md    # fills in its tables
@@ -76,6 +79,13 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--seeds", type=whole(1), default=10, metavar="N", help="seeds 0 to N - 1 (default: 10)"
+    )
+    parser.add_argument(
+        "--iterations",
+        type=whole(1),
+        metavar="N",
+        help="learned policies of each run, of reproduce (default: 15) and reading (default: 7); "
+        "results of another number have a folder of their own and are in no figure",
     )
     parser.add_argument(
         "--out",
@@ -121,17 +131,18 @@ def run(arguments: argparse.Namespace) -> int:
     from irlpilco_ros.studies.run_jobs import run_jobs
     from irlpilco_ros.studies.tables import state_of
 
-    parts = _parts_of(arguments.chapter)
-    names = arguments.experiments or parts
+    chapter = _parts_of(arguments.chapter)
+    names = arguments.experiments or chapter
     _check_names(arguments.chapter, names)
+    parts = {name: _learning(chapter[name], name, arguments) for name in names}
     out = arguments.out or Path("runs") / f"study_{arguments.chapter.replace('-', '_')}"
     store, seeds = ResultStore(out), range(arguments.seeds)
     tables: dict[str, str] = {}
-    for name in names:
-        jobs = parts[name].jobs(seeds)
+    for name, part in parts.items():
+        jobs = part.jobs(seeds)
         if not arguments.tables_only:
             run_jobs(jobs, store, arguments.processes, arguments.dask)
-        tables[name] = f"{parts[name].table(store, seeds)}\n\n{state_of(store, jobs)}"
+        tables[name] = f"{part.table(store, seeds)}\n\n{state_of(store, jobs)}"
         print(f"## {name}\n\n{tables[name]}\n", flush=True)
     store.folder.mkdir(parents=True, exist_ok=True)
     text = "\n".join(f"## {name}\n\n{table}\n" for name, table in tables.items())
@@ -177,3 +188,19 @@ def _draw(store: ResultStore, seeds: Sequence[int], arguments: argparse.Namespac
     for folder in folders:
         for figure in write_figures(store, seeds, folder, arguments.cart_pole):
             print(f"figure: {figure}")
+
+
+def _learning(part: Experiment, name: str, arguments: argparse.Namespace) -> Experiment:
+    """Return the experiment with as many learned policies in each run as are asked for.
+
+    Raises:
+        InvalidSettingError: it has a number of its own.
+    """
+    if arguments.iterations is None:
+        return part
+    if part.learned is None:
+        raise InvalidSettingError(
+            f"the experiment {name} has a number of iterations of its own; give --iterations with "
+            "--experiments reproduce or reading, or leave it out"
+        )
+    return part.learned(arguments.iterations)

@@ -276,7 +276,7 @@ def _starting_policies(
         "last": lambda: previous.policy if previous is not None else first,
         "zero": lambda: zero,
         "initial": lambda: first,
-        "random": lambda: random_policy(zero, settings.seed + 1),
+        "random": lambda: random_policy(zero, settings.seed + 1, settings.initial_scale),
         "inverse": lambda: inverse_policy(task, settings, model),
     }
     return [policies[name]() for name in dict.fromkeys(settings.starts)]

@@ -91,11 +91,20 @@ class LearningSettings:
         "random_controls: random commands (PILCO). The last two move the robot wildly.",
         choices=("demonstration", "zero", "random", "random_controls"),
     )
+    initial_scale: float = setting(
+        1.0,
+        "Standard deviation of the parameters of a random policy, as the first one or as a start: "
+        "1 drives most joints at their largest speed (thesis), a tenth or a hundredth does not "
+        "(PILCO).",
+        minimum=0.0,
+        maximum=100.0,
+    )
     optimiser: str = setting(
         "gauss_newton",
         "How policies are improved: Gauss-Newton with damping (fewest evaluations), BFGS (as "
-        "PILCO), or L-BFGS (thesis).",
-        choices=("gauss_newton", "bfgs", "lbfgs"),
+        "PILCO), L-BFGS (thesis), or L-BFGS of parameters scaled by what they do to the controls, "
+        "which linear policies of many joints need.",
+        choices=("gauss_newton", "bfgs", "lbfgs", "scaled_lbfgs"),
     )
     evaluations: int = setting(
         12,

@@ -33,6 +33,7 @@ NODE_PARAMETERS = (
     "hyperprior",
     "imitation",
     "initial_policy",
+    "initial_scale",
     "joint_states_topic",
     "joint_trajectory_output",
     "joints",

@@ -16,7 +16,10 @@ class Experiment:
     Attributes:
         jobs: From the seeds to what has to be computed.
         table: From the results and the seeds to a table in Markdown.
+        learned: From a number of learned policies to the same experiment with so many in each run;
+            None where that number is a part of what it is.
     """
 
     jobs: Callable[[Sequence[int]], list[Job]]
     table: Callable[[ResultStore, Sequence[int]], str]
+    learned: Callable[[int], Experiment] | None = None

@@ -33,6 +33,8 @@ def test_zero_stands_still_and_random_is_the_thesis(kind):
     np.testing.assert_array_equal(first.parameters, again.parameters)
     expected = np.random.default_rng(3).standard_normal(first.parameters.shape)
     np.testing.assert_array_equal(first.parameters, expected)
+    small = initial_policy(task, dataclasses.replace(settings, initial_scale=0.01))
+    np.testing.assert_allclose(small.parameters, 0.01 * expected, rtol=1e-12)
     other = initial_policy(task, dataclasses.replace(settings, seed=4))
     assert (other.parameters != first.parameters).any()
 

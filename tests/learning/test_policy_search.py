@@ -12,13 +12,13 @@ from irlpilco_ros.learning.gp.prior_mean import velocity_prior
 from irlpilco_ros.learning.learn import expected_cost, weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
-from irlpilco_ros.learning.policies import LinearPhasePolicy
+from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
 from irlpilco_ros.learning.search.optimisers import OPTIMISERS
 from irlpilco_ros.learning.search.policy_search import search_policy
 from irlpilco_ros.learning.settings import declarations
-from irlpilco_ros.learning.starts.initial_policy import initial_policy
+from irlpilco_ros.learning.starts.initial_policy import initial_policy, random_controls
 from irlpilco_ros.learning.state_layout import StateLayout
 
 LIMIT = np.array([1.0, 0.8])
@@ -39,7 +39,7 @@ def policy(seed=None):
     return zero.with_parameters(noise)
 
 
-@pytest.mark.parametrize("optimiser", ["gauss_newton", "bfgs", "lbfgs"])
+@pytest.mark.parametrize("optimiser", list(OPTIMISERS))
 def test_search_improves_and_never_gets_worse(optimiser):
     problem, seen = objective(), []
     start = problem.evaluate(policy()).value
@@ -62,6 +62,22 @@ def test_gauss_newton_needs_fewer_evaluations_to_imitate():
     gauss_newton = search_policy(problem, [first], "gauss_newton", 10)
     lbfgs = search_policy(problem, [first], "lbfgs", 20)
     assert gauss_newton.cost < 0.5 * lbfgs.cost
+
+
+def test_scaled_parameters_find_gains_of_joints_that_stand_far_from_zero():
+    """There a gain is a second bias; what it does about the joint's own motion is hard to see."""
+    shown = toy_task().demonstrations[0]
+    far = dataclasses.replace(shown, states=shown.states + np.repeat([5.0, 0.0], JOINTS))
+    task, settings = dataclasses.replace(toy_task(), demonstrations=(far,)), LearningSettings()
+    zero = LinearPolicy(np.zeros((JOINTS, 4)), np.zeros(JOINTS), LIMIT)
+    trials = [LaggingJoints().run(random_controls(task, settings), far.states[0])]
+    prior = velocity_prior(JOINTS, task.dt)
+    model = train_on_trials(trials, task.state_layout, prior, None, 1)
+    problem = expected_cost(task, settings, model, trials, np.array([0.6, 0.8]))
+    scaled, plain = (
+        search_policy(problem, [zero], name, 40).cost for name in ("scaled_lbfgs", "lbfgs")
+    )
+    assert scaled < 0.5 * plain
 
 
 def test_the_best_start_is_improved():
@@ -149,7 +165,7 @@ class Sometimes:
         return self.model.predict(mean, covariance, approximation, gradient)
 
 
-@pytest.mark.parametrize("optimiser", ["gauss_newton", "bfgs", "lbfgs"])
+@pytest.mark.parametrize("optimiser", list(OPTIMISERS))
 def test_failed_predictions_are_passed_over(optimiser):
     problem = objective()
     model = Sometimes(problem.model, failing=[22])
@@ -202,5 +218,5 @@ def test_screening_improves_every_start_before_the_best_goes_on():
 
 def test_the_settings_offer_the_optimisers_there_are():
     assert declarations(LearningSettings)["optimiser"].choices == tuple(OPTIMISERS)
-    with pytest.raises(InvalidSettingError, match="gauss_newton, bfgs, lbfgs"):
+    with pytest.raises(InvalidSettingError, match="gauss_newton, bfgs, lbfgs, scaled_lbfgs"):
         search_policy(objective(), [policy()], "newton", 5)

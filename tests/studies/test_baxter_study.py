@@ -8,7 +8,14 @@ import pytest
 
 from irlpilco_ros import cli
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.studies.baxter import hands, headline, perturbations, reproduce, second_robot
+from irlpilco_ros.studies.baxter import (
+    hands,
+    headline,
+    perturbations,
+    reading,
+    reproduce,
+    second_robot,
+)
 from irlpilco_ros.studies.baxter.debris import debris_run
 from irlpilco_ros.studies.baxter.figures import write_figures
 from irlpilco_ros.studies.baxter.learning_run import learned_policy, learning_job, thesis_settings
@@ -182,7 +189,48 @@ def test_a_row_has_the_prediction_for_its_trial(learned):
 
 def test_thesis_settings_are_those_of_the_file():
     settings = thesis_settings()
-    assert (settings.prior_mean, settings.policy, settings.optimiser) == ("zero", "linear", "lbfgs")
+    assert (settings.prior_mean, settings.policy) == ("zero", "linear")
+    assert settings.optimiser == "scaled_lbfgs"
+
+
+def test_readings_of_the_thesis_that_came_to_the_bar_are_counted(learned, tmp_path):
+    store = ResultStore(tmp_path)
+    shown = np.array(learned["demonstration"])[:, :14]
+    deviation = np.full_like(shown, 0.07).tolist()
+    predicted = {"mean": (shown + 0.02).tolist(), "deviation": deviation}
+    for job in reading.jobs(range(2), iterations=4):
+        if job.condition == "lambda_1":
+            errors = (0.06, 0.05, 0.02, 0.03, 0.04) if job.seed else [0.06] * 5
+            rows = [
+                {**row, "rmse": error, "predicted": predicted}
+                for row, error in zip(sixteen_rows(learned), errors, strict=False)
+            ]
+            store.write(job, {**learned, "rows": rows})
+            options = job.arguments["settings"].options
+            assert options["feature_matching.variance_weight"] == 1.0
+    table = EXPERIMENTS["reading"].learned(4).table(store, range(2))
+    (line,) = [line for line in table.splitlines() if "lambda 1" in line]
+    assert line.endswith("| 40 (20 to 60) | 1 of 2 | 20 (20 to 20) | 70 (70 to 70) |")
+
+
+def test_a_spread_start_is_learned_for_where_it_is_asked_for():
+    spread = {job.condition: job.arguments.get("start_spread") for job in reading.jobs(range(1))}
+    assert {name for name, value in spread.items() if value} == {"starts_spread_by_0.03_rad"}
+
+
+def test_another_number_of_iterations_is_a_study_of_its_own(learned, tmp_path, capsys):
+    store = ResultStore(tmp_path)
+    whole = reproduce.jobs(range(1))
+    for job in whole + reproduce.jobs(range(1), iterations=2):
+        store.write(job, {**learned, "rows": sixteen_rows(learned)[:3]})
+    assert all(store.read(job) is not None for job in whole)
+    words = ["study", "baxter", "--seeds", "1", "--iterations", "2", "--tables-only"]
+    assert cli.main([*words, "--out", str(tmp_path), "--experiments", "reproduce"]) == 0
+    said = capsys.readouterr().out
+    assert "| k = 1 | k = 2 | robot time" in said
+    assert "4 of 4 runs." in said
+    assert cli.main([*words, "--out", str(tmp_path), "--experiments", "motion"]) == 1
+    assert "reproduce or reading" in capsys.readouterr().err
 
 
 def test_another_arm_learns_to_wipe_from_its_configuration_alone():

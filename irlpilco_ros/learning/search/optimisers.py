@@ -1,9 +1,10 @@
-"""Optimisers of policy search: Gauss-Newton, BFGS and L-BFGS."""
+"""Optimisers of policy search: Gauss-Newton, BFGS, and L-BFGS of parameters plain or scaled."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -24,6 +25,7 @@ _SMALLEST_REDUCTION = 1e-3  # of the cost, in one step
 _FLAT = 1e-6
 _UNLIMITED = 10**9  # for scipy: the tracker counts evaluations
 _LIFT = 1e-7
+_ROUND = 1e-6  # of the change metric's mean: keeps apart what the start's states cannot tell apart
 
 
 class Tracker:
@@ -136,10 +138,64 @@ def _damped_step(damped: Array, gradient: Array) -> Array | None:
     return step if np.isfinite(step).all() else None
 
 
+@dataclass(frozen=True)
+class _Coordinates:
+    """z = root' theta, in which a quasi-Newton method searches.
+
+    Attributes:
+        root: Lower triangular, shape (p, p); None for the parameters theta as they are.
+    """
+
+    root: Array | None = None
+
+    @classmethod
+    def of_controls(cls, start: Evaluation) -> _Coordinates:
+        """Return those in which a step of unit length changes the controls by as much anywhere.
+
+        A joint that stands at 1.7 rad makes a second bias of its gain, which moves the controls a
+        hundred times as much as what the gain does about the joint's own motion: a search by
+        gradients of the gains themselves sees little else. Of a policy that does not know its
+        `change_metric` these are the parameters as they are.
+        """
+        metric = start.change_metric()
+        if metric is None:
+            return cls()
+        size = float(np.trace(metric)) / len(metric)
+        lifted = metric / size + _ROUND * np.eye(len(metric))
+        return cls(np.asarray(np.linalg.cholesky(lifted), dtype=float))
+
+    def of(self, theta: Array) -> Array:
+        """Return z (p,) of theta."""
+        return theta if self.root is None else self.root.T @ theta
+
+    def parameters(self, z: Array) -> Array:
+        """Return theta (p,) of z."""
+        return z if self.root is None else _triangular(self.root.T, z, lower=False)
+
+    def slope(self, gradient: Array) -> Array:
+        """Return the gradient by z of the one by theta."""
+        return gradient if self.root is None else _triangular(self.root, gradient, lower=True)
+
+
+def _triangular(matrix: Array, right: Array, lower: bool) -> Array:
+    """Return the solution of matrix x = right."""
+    from scipy import linalg  # late: it takes as long as all else here
+
+    solution: Array = linalg.solve_triangular(matrix, right, lower=lower, check_finite=False)
+    return solution
+
+
 def _quasi_newton(
-    tracker: Tracker, start: Evaluation, damping: float, method: str, options: Mapping[str, Any]
+    tracker: Tracker,
+    start: Evaluation,
+    damping: float,
+    method: str,
+    options: Mapping[str, Any],
+    scaled: bool = False,
 ) -> tuple[Evaluation, float]:
     """BFGS (as PILCO) or L-BFGS (as the thesis), which need the gradient alone, and no damping.
+
+    They search the parameters themselves, or scaled by what they do to the controls.
 
     Where the model has no finite answer, the cost is taken for the mirror image of what it is at
     the best point so far: as high, and rising as steeply towards there as it falls from it. The
@@ -148,27 +204,28 @@ def _quasi_newton(
     from scipy import optimize  # late: it takes as long as all else here
 
     best = start
+    coordinates = _Coordinates.of_controls(start) if scaled else _Coordinates()
 
     class _ExhaustedError(Exception):
         pass
 
-    def objective(theta: Array) -> tuple[float, Array]:
+    def objective(z: Array) -> tuple[float, Array]:
         nonlocal best
         if tracker.exhausted:
             raise _ExhaustedError
-        evaluation = None
+        evaluation, theta = None, coordinates.parameters(z)
         if np.isfinite(theta).all():
             evaluation = tracker.evaluate(start.policy.with_parameters(theta))
         if evaluation is None:
-            return best.value, -best.gradient()
+            return best.value, -coordinates.slope(best.gradient())
         if evaluation.value < best.value:
             best = evaluation
-        return evaluation.value, evaluation.gradient()
+        return evaluation.value, coordinates.slope(evaluation.gradient())
 
     with contextlib.suppress(_ExhaustedError):
         optimize.minimize(
             objective,
-            start.policy.parameters,
+            coordinates.of(start.policy.parameters),
             jac=True,
             method=method,
             options={"maxiter": _UNLIMITED, **options},
@@ -181,10 +238,11 @@ Optimiser: TypeAlias = Callable[[Tracker, Evaluation, float], tuple[Evaluation, 
 
 Goes on until the tracker's evaluations are used up or the cost hardly falls."""
 
+_LBFGS = partial(_quasi_newton, method="L-BFGS-B", options={"maxfun": _UNLIMITED, "maxcor": 30})
+
 OPTIMISERS: Mapping[str, Optimiser] = {
     "gauss_newton": _gauss_newton,
     "bfgs": partial(_quasi_newton, method="BFGS", options={"gtol": _FLAT}),
-    "lbfgs": partial(
-        _quasi_newton, method="L-BFGS-B", options={"maxfun": _UNLIMITED, "maxcor": 30}
-    ),
+    "lbfgs": _LBFGS,
+    "scaled_lbfgs": partial(_LBFGS, scaled=True),
 }

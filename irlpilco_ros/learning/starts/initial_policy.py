@@ -16,15 +16,17 @@ def initial_policy(task: Task, settings: LearningSettings) -> Policy:
     """Return the policy of the first trial (thesis Algorithm 3, line 2).
 
     "demonstration" fits the policy to the demonstration's own speeds: kind to the robot, and the
-    data come to lie where they are needed. "random" draws every parameter from N(0, 1),
-    "random_controls" the controls themselves.
+    data come to lie where they are needed. "random" draws every parameter from
+    N(0, initial_scale^2), "random_controls" the controls themselves.
     """
     if settings.initial_policy == "demonstration":
         return fitted_policy(task, settings, task.demonstrated_controls())
     if settings.initial_policy == "random_controls":
         return random_controls(task, settings)
     zero = zero_policy(task, settings)
-    return zero if settings.initial_policy == "zero" else random_policy(zero, settings.seed)
+    if settings.initial_policy == "zero":
+        return zero
+    return random_policy(zero, settings.seed, settings.initial_scale)
 
 
 def open_loop_policy(task: Task) -> OpenLoopPolicy:
@@ -39,10 +41,10 @@ def zero_policy(task: Task, settings: LearningSettings) -> Policy:
     return kind.zero(task, policy_limit(task, settings), settings.options_of(kind))
 
 
-def random_policy(policy: Policy, seed: int) -> Policy:
-    """Return a policy of the same kind with parameters from N(0, 1) (the thesis)."""
+def random_policy(policy: Policy, seed: int, scale: float) -> Policy:
+    """Return a policy of the same kind with parameters from N(0, scale^2), 1 in the thesis."""
     rng = np.random.default_rng(seed)
-    return policy.with_parameters(rng.standard_normal(policy.parameters.shape))
+    return policy.with_parameters(scale * rng.standard_normal(policy.parameters.shape))
 
 
 def random_controls(task: Task, settings: LearningSettings) -> OpenLoopPolicy:

@@ -47,6 +47,7 @@ def learning_job(
     settings: LearningSettings | None = None,
     iterations: int = 7,
     features: str = "joints",
+    start_spread: float = 0.0,
 ) -> Job:
     """Return the job of learning with these settings on a robot of `ROBOTS`.
 
@@ -58,24 +59,33 @@ def learning_job(
         settings: How to learn; None for the defaults. Seed and threads are set here.
         iterations: Number of learned policies, each tried once.
         features: What is imitated: "joints" [rad] or "tools" [m].
+        start_spread: Least standard deviation of each state at the start that is learned for.
     """
     settings = dataclasses.replace(settings or LearningSettings(), seed=seed, threads=1)
-    arguments = {
+    arguments: dict[str, Any] = {
         "robot": robot,
         "settings": settings,
         "iterations": iterations,
         "features": features,
     }
+    if start_spread:
+        arguments["start_spread"] = start_spread  # a result says no more than it depends on
     return Job(experiment, condition, seed, learning_run, arguments)
 
 
-def learning_run(robot: str, settings: LearningSettings, iterations: int, features: str) -> Result:
+def learning_run(
+    robot: str,
+    settings: LearningSettings,
+    iterations: int,
+    features: str,
+    start_spread: float = 0.0,
+) -> Result:
     """Show the sweep, replay it, and learn it; returns what every trial was like."""
     simulation = BaxterSimulation(ROBOTS[robot](settings.seed))
     kinematics = ToolKinematics()
     teacher = PathRecorder(simulation)
     shown = play_demonstration(simulation, load_motion(CORNERED), each_state=teacher.take)
-    task = sweep_task(shown, features)
+    task = dataclasses.replace(sweep_task(shown, features), start_spread=start_spread)
     paths: list[dict[str, float]] = []
 
     def try_out(policy: Policy) -> Rollout:

@@ -19,13 +19,13 @@ THESIS_HOURS = {"feature_matching": 30, "feature_expectations": 15}
 def thesis_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:
     """Return the job of learning with the settings of config/thesis.yaml."""
     settings = dataclasses.replace(thesis_settings(), imitation=method)
-    return learning_job(EXPERIMENT, f"thesis_{method}", seed, "default", settings, iterations)
+    return _job(f"thesis_{method}", seed, settings, iterations)
 
 
 def default_job(method: str, seed: int, iterations: int = ITERATIONS) -> Job:
     """Return the job of learning with the default settings."""
     settings = LearningSettings(imitation=method)
-    return learning_job(EXPERIMENT, f"default_{method}", seed, "default", settings, iterations)
+    return _job(f"default_{method}", seed, settings, iterations)
 
 
 def jobs(seeds: Sequence[int], iterations: int = ITERATIONS) -> list[Job]:
@@ -36,3 +36,9 @@ def jobs(seeds: Sequence[int], iterations: int = ITERATIONS) -> list[Job]:
         for job in (thesis_job, default_job)
         for method in METHODS
     ]
+
+
+def _job(condition: str, seed: int, settings: LearningSettings, iterations: int) -> Job:
+    """Return the job on the default robot; another number of iterations replaces no results."""
+    folder = EXPERIMENT if iterations == ITERATIONS else f"{EXPERIMENT}_{iterations}"
+    return learning_job(folder, condition, seed, "default", settings, iterations)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from irlpilco_ros.studies.baxter import (
     motion,
     perturbations,
     places,
+    reading,
     reproduce,
     second_robot,
     speeds,
@@ -171,23 +173,23 @@ def second_robot_table(store: ResultStore, seeds: Sequence[int]) -> str:
     return markdown(["arm", "replay", *iterations, "seeds"], rows)
 
 
-def reproduce_table(store: ResultStore, seeds: Sequence[int]) -> str:
+def reproduce_table(
+    store: ResultStore, seeds: Sequence[int], iterations: int = reproduce.ITERATIONS
+) -> str:
     """Return the error (6.1) [1e-3 rad^2] over the iterations, robot and computing time."""
-    iterations = (0, 1, 4, 7, 10, 15)
-    found = by_condition(store, reproduce.jobs(seeds))
+    shown = [k for k in (0, 1, 4, 7, 10, 15) if k < iterations] + [iterations]
+    found = by_condition(store, reproduce.jobs(seeds, iterations))
     rows = []
     for method, hours in reproduce.THESIS_HOURS.items():
         name = method.replace("_", " ")
         for settings in ("thesis", "default"):
             runs = found.get(f"{settings}_{method}", [])
-            cells = [
-                spread([run["rows"][k]["mse"] for run in runs], form=".3g") for k in iterations
-            ]
+            cells = [spread([run["rows"][k]["mse"] for run in runs], form=".3g") for k in shown]
             times = [_robot_time(runs), spread([_computing(run) for run in runs], 1.0, ".0f")]
             rows.append([f"{name}, {settings}", *cells, *times, str(len(runs))])
-        blank = [""] * (len(iterations) + 1)
+        blank = [""] * (len(shown) + 1)
         rows.append([f"{name}, reported", *blank, str(3600 * hours), ""])
-    header = ["method, settings", *[f"k = {k}" for k in iterations]]
+    header = ["method, settings", *[f"k = {k}" for k in shown]]
     return markdown([*header, "robot time [s]", "computing [s]", "seeds"], rows)
 
 
@@ -206,6 +208,16 @@ def _seconds(runs: Sequence[Result]) -> str:
     return f"{np.mean([_computing(run) / (len(run['rows']) - 1) for run in runs]):.1f}"
 
 
+def _reproduce(iterations: int) -> Experiment:
+    jobs = partial(reproduce.jobs, iterations=iterations)
+    return Experiment(jobs, partial(reproduce_table, iterations=iterations), _reproduce)
+
+
+def _reading(iterations: int) -> Experiment:
+    jobs = partial(reading.jobs, iterations=iterations)
+    return Experiment(jobs, partial(reading.table, iterations=iterations), _reading)
+
+
 EXPERIMENTS = {
     MOTION: Experiment(motion.jobs, motion_table),
     places.EXPERIMENT: Experiment(places.jobs, places_table),
@@ -218,7 +230,8 @@ EXPERIMENTS = {
     elbows.EXPERIMENT: Experiment(elbows.jobs, elbows_table),
     second_robot.EXPERIMENT: Experiment(second_robot.jobs, second_robot_table),
     ablation.EXPERIMENT: Experiment(ablation.jobs, ablation_table),
-    reproduce.EXPERIMENT: Experiment(reproduce.jobs, reproduce_table),
+    reproduce.EXPERIMENT: _reproduce(reproduce.ITERATIONS),
+    reading.EXPERIMENT: _reading(reading.ITERATIONS),
     "thesis_perturbations": Experiment(perturbations.thesis_jobs, thesis_perturbations_table),
 }
 """The parts by name: motion, places and speeds, then all others in the order of what they cost."""
