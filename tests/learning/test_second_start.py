@@ -2,6 +2,7 @@
 
 import dataclasses
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from irlpilco_ros.learning.learn import learn
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.search import second_start
 from irlpilco_ros.learning.search.policy_search import SearchResult
-from irlpilco_ros.learning.search.second_start import most_evaluations, search_with_second_start
+from irlpilco_ros.learning.search.second_start import most_evaluations
 from irlpilco_ros.learning.starts.initial_policy import initial_policy
 from irlpilco_ros.learning.starts.random_start import random_start
 
@@ -35,6 +36,13 @@ class Known:
         return SimpleNamespace(trajectory=SimpleNamespace(means=states, covariances=states))
 
 
+def search(costs: Any, progress: Any = print) -> Any:
+    """Search from two policies that are names of what their trajectories cost."""
+    starts: Any = ["last", "other"]
+    objective: Any = Known(costs)
+    return second_start.search_with_second_start(objective, starts, "bfgs", 8, progress)
+
+
 def arriving(at):
     return [1.0] * at + [0.0] * (11 - at)
 
@@ -55,16 +63,14 @@ def searched(monkeypatch):
 
 
 def test_a_last_policy_that_stays_is_searched_alone(searched):
-    objective = Known({"last": arriving(6), "other": arriving(2)})
-    found = search_with_second_start(objective, ["last", "other"], "bfgs", 8, print)
+    found = search({"last": arriving(6), "other": arriving(2)})
     assert searched == [("last", 10, 8)]
     assert found.policy == "last"
 
 
 def test_a_last_policy_that_comes_too_late_is_not_enough(searched):
     """Seeds 10 and 20 of the cart-pole stood at twice the cost with one that was up at the end."""
-    objective = Known({"last": arriving(8), "other": arriving(3)})
-    found = search_with_second_start(objective, ["last", "other"], "bfgs", 8, print)
+    found = search({"last": arriving(8), "other": arriving(3)})
     assert found.policy == "other"
 
 
@@ -72,10 +78,8 @@ def test_a_last_policy_that_comes_too_late_is_not_enough(searched):
 def test_the_other_takes_its_place_only_if_it_arrives(searched, at, wanted):
     """At the end of the longer beginning, 7 of 10 steps: cheaper than the last it is anyway."""
     told = []
-    objective = Known({"last": [2.0] * 11, "other": arriving(at)})
-    found = search_with_second_start(
-        objective, ["last", "other"], "bfgs", 8, lambda cost, count: told.append(count)
-    )
+    costs = {"last": [2.0] * 11, "other": arriving(at)}
+    found = search(costs, lambda cost, count: told.append(count))
     beginnings = [("other", 5, 4), ("other", 7, 4), ("last", 7, 4)]
     again = [(wanted, 10, 8)] * (2 if wanted == "other" else 1)
     assert searched == beginnings + again
@@ -86,7 +90,9 @@ def test_the_other_takes_its_place_only_if_it_arrives(searched, at, wanted):
 
 def test_bumps_of_a_region_lie_all_over_it():
     task = pendulum_task()
-    near = random_start(task, SETTINGS, task.start)
+    near: Any = random_start(task, SETTINGS, task.start)
+    far: Any
+    other: Any
     far, other = (random_start(task, SETTINGS, REGION, number) for number in (1, 2))
     assert near.centres[:, 0].std() < 0.1 < 1.0 < far.centres[:, 0].std()
     np.testing.assert_allclose(near.log_widths, 0.0)
