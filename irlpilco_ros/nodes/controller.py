@@ -154,15 +154,15 @@ class Controller(SuiteNode):
         await self._listen()
         policy = self._policy.policy
         if policy is None:
-            return _refusal(response, "there is no policy; set the parameters policy.* first")
+            return self._refuse(response, "there is no policy; set the parameters policy.* first")
         try:
             self._control.check_start()
         except MotionRefusedError as error:
-            return _refusal(response, str(error))
+            return self._refuse(response, str(error))
         robot = self._robot
         horizon = self._control.settings.trial_horizon or robot.horizon
         if not horizon:
-            return _refusal(
+            return self._refuse(
                 response,
                 "it is not known how many decisions a trial has; set the parameter trial_horizon, "
                 "as the learner does with its policies",
@@ -170,7 +170,7 @@ class Controller(SuiteNode):
         try:
             guard = self._guard_of_trial(horizon)
         except MotionRefusedError as error:
-            return _refusal(response, str(error))
+            return self._refuse(response, str(error))
         period = self._control.settings.trial_control_period or robot.control_period
         self._reference.begin(self._policy.demonstrated)
         acting = PolicyOf(robot.roles, policy)
@@ -205,9 +205,11 @@ class Controller(SuiteNode):
         await self._listen()
         settings = self._control.settings
         if not settings.start_position:
-            return _refusal(response, "there is no start; set the parameter start_position first")
+            return self._refuse(
+                response, "there is no start; set the parameter start_position first"
+            )
         if self._robot.command_interface != "velocity":
-            return _refusal(response, "move_to_start needs a robot that takes velocities")
+            return self._refuse(response, "move_to_start needs a robot that takes velocities")
         start = np.array(settings.start_position)
         approach = Approach(self._robot.joints, start, self._robot.control_limit, settings)
         return await self._move(approach, response)
@@ -224,13 +226,13 @@ class Controller(SuiteNode):
         """Run a motion to its end and answer how it ended."""
         hindrance = self._hindrance()
         if hindrance:
-            return _refusal(response, hindrance)
+            return self._refuse(response, hindrance)
         over = Future(executor=self.executor)
         self._stranger = ""
         try:
             self._control.start(motion, time.monotonic(), over.set_result)
         except MotionRefusedError as error:
-            return _refusal(response, str(error))
+            return self._refuse(response, str(error))
         self._fault = ""
         self.get_logger().info(f"{motion.name} begins")
         self._tell()
@@ -245,6 +247,11 @@ class Controller(SuiteNode):
         else:
             self.get_logger().error(outcome.message)
         response.success, response.message = outcome.succeeded, outcome.message
+        return response
+
+    def _refuse(self, response: Trigger.Response, reason: str) -> Trigger.Response:
+        self.get_logger().warning(f"refused: {reason}")
+        response.success, response.message = False, reason
         return response
 
     def _hindrance(self) -> str:
@@ -311,11 +318,6 @@ class Controller(SuiteNode):
             level, message = OK, "idle"
         kind = "none" if policy is None else policy.kind
         self._health.report(level, message, enabled=control.settings.enabled, policy=kind)
-
-
-def _refusal(response: Trigger.Response, reason: str) -> Trigger.Response:
-    response.success, response.message = False, reason
-    return response
 
 
 def main() -> int:

@@ -52,6 +52,7 @@ def test_a_policy_file_alone_does_not_move_a_robot_of_ros2_control(ros, tmp_path
         assert not answer.success
         assert "nobody listens to the commands, on /joint_command" in answer.message
         assert "the robot's own file before the policy's" in answer.message
+        assert f"refused: {answer.message}" in alone.output  # whoever watches the node sees why
     alone.stop()
     ros.wait_until_gone("controller")
     output = {"velocity_controller_output": True}
