@@ -37,6 +37,7 @@ OPTIONS = {
     "cart-pole --iterations": (*WHOLE, "0"),
     "cart-pole --expert-trials": (*WHOLE, "0"),
     "study --seeds": (*WHOLE, "0"),
+    "study --iterations": (*WHOLE, "0"),
     "study --processes": (*WHOLE, "0"),
 }
 WORDS = (None, str, Path)
