@@ -77,8 +77,7 @@ def test_a_run_tells_of_every_trial(monkeypatch):
     monkeypatch.setattr(mc_pilco, "TRIALS", 1)
     monkeypatch.setattr(mc_pilco, "HORIZON", 24)
     short = dataclasses.replace(mc_pilco.SETTINGS, evaluations=2, options={"rbf.count": 4})
-    monkeypatch.setattr(mc_pilco, "SETTINGS", short)
-    result = mc_pilco.learn_swing_up(seed=3)
+    result = mc_pilco.learn_swing_up(dataclasses.replace(short, seed=3))
     assert json.loads(json.dumps(result)) == result
     first, second = result["rows"]
     assert first["predicted"] is None
@@ -112,6 +111,15 @@ def test_the_table_counts_seeds_and_those_that_failed(tmp_path, capsys):
     assert lines[5].endswith("| 1 of 3 (33 %) | 0 of 3 (0 %) | 1 of 3 (33 %) |")
     assert lines[7].endswith("| 75 (50 to 100) |")
     assert "3 of 4 runs. Failed: classical_pilco, seed 2: NumericalError" in "".join(lines)
+
+
+def test_a_result_of_other_settings_is_not_this_ones(tmp_path, monkeypatch):
+    store, (job,) = ResultStore(tmp_path), mc_pilco.jobs([0])
+    store.write(job, {"rows": []})
+    assert store.read(job) is not None
+    other = dataclasses.replace(mc_pilco.SETTINGS, evaluations=101)
+    monkeypatch.setattr(mc_pilco, "SETTINGS", other)
+    assert store.read(mc_pilco.jobs([0])[0]) is None
 
 
 def test_a_part_of_another_chapter_is_refused(tmp_path, capsys):

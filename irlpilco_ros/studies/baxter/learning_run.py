@@ -73,6 +73,11 @@ def learning_job(
     return Job(experiment, condition, seed, learning_run, arguments)
 
 
+def folder_of(experiment: str, iterations: int, usual: int) -> str:
+    """Return the folder of an experiment; another number of iterations has one of its own."""
+    return experiment if iterations == usual else f"{experiment}_{iterations}"
+
+
 def learning_run(
     robot: str,
     settings: LearningSettings,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from irlpilco_ros.studies.baxter.learning_run import learning_job, thesis_settings
+from irlpilco_ros.studies.baxter.learning_run import folder_of, learning_job, thesis_settings
 from irlpilco_ros.studies.job import Job, Result
 from irlpilco_ros.studies.result_store import ResultStore
 from irlpilco_ros.studies.tables import by_condition, markdown, spread
@@ -56,12 +56,11 @@ def jobs(seeds: Sequence[int], iterations: int = ITERATIONS) -> list[Job]:
 
 
 def _job(name: str, change: dict[str, Any], seed: int, iterations: int) -> Job:
-    folder = EXPERIMENT if iterations == ITERATIONS else f"{EXPERIMENT}_{iterations}"
     of_learning = {key: value for key, value in change.items() if key != "start_spread"}
     settings = thesis_settings()
     of_learning["options"] = {**settings.options, **change.get("options", {})}
     return learning_job(
-        folder,
+        folder_of(EXPERIMENT, iterations, ITERATIONS),
         _condition(name),
         seed,
         settings=dataclasses.replace(settings, **of_learning),

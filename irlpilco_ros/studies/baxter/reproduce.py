@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from irlpilco_ros.learning.learning_settings import LearningSettings
-from irlpilco_ros.studies.baxter.learning_run import learning_job, thesis_settings
+from irlpilco_ros.studies.baxter.learning_run import folder_of, learning_job, thesis_settings
 from irlpilco_ros.studies.job import Job
 
 EXPERIMENT = "reproduce"
@@ -40,5 +40,5 @@ def jobs(seeds: Sequence[int], iterations: int = ITERATIONS) -> list[Job]:
 
 def _job(condition: str, seed: int, settings: LearningSettings, iterations: int) -> Job:
     """Return the job on the default robot; another number of iterations replaces no results."""
-    folder = EXPERIMENT if iterations == ITERATIONS else f"{EXPERIMENT}_{iterations}"
+    folder = folder_of(EXPERIMENT, iterations, ITERATIONS)
     return learning_job(folder, condition, seed, "default", settings, iterations)

@@ -52,9 +52,8 @@ def _part_on_side(
     from scipy.special import ndtr  # late: scipy takes as long as all else
 
     S, deviation = state.covariance, state.mean - target
-    shrink = np.linalg.inv(
-        np.eye(2) + S @ precision
-    )  # S' = shrink S, m' - target = shrink (m - ..)
+    # S' = shrink S, and m' - target = shrink (m - target).
+    shrink = np.linalg.inv(np.eye(2) + S @ precision)
     pulled = (precision @ shrink @ deviation[..., None])[..., 0]
     row = shrink[..., 1, :]  # of theta
     variance = np.maximum((row * S[..., 1]).sum(axis=-1), _CERTAIN)

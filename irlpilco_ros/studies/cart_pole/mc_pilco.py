@@ -23,6 +23,7 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.studies.cart_pole.either_side import either_side_loss
+from irlpilco_ros.studies.cart_pole.runs import EXPERT_SETTINGS
 from irlpilco_ros.studies.job import Job, Result
 from sim_bridge.cart_pole_equations import CartPoleParameters
 from sim_bridge.cart_pole_simulation import (
@@ -49,41 +50,34 @@ LAST_SECOND = 20  # steps: success is judged by it
 POSITION_WITHIN = 0.1  # [m]
 ANGLE_WITHIN = np.deg2rad(10.0)  # [rad] of |theta| from pi
 
-SETTINGS = LearningSettings(
-    prior_mean="zero",
-    hyperprior="pilco",
-    policy="rbf",
-    options={"rbf.count": 25},
-    initial_policy="random_controls",
-    optimiser="bfgs",
-    evaluations=100,
-    sensor_noise=True,
-    threads=1,
-)
+SETTINGS = dataclasses.replace(EXPERT_SETTINGS, evaluations=100, sensor_noise=True, threads=1)
 """As the expert of `irlpilco cart-pole`, but that predictions count the noise that the policy
 sees; on one thread, for the study runs processes."""
 
 
 def jobs(seeds: Sequence[int]) -> list[Job]:
     """Return what is computed: one run for each seed."""
-    return [
-        Job(EXPERIMENT, "classical_pilco", seed, learn_swing_up, {"seed": seed}) for seed in seeds
-    ]
+    return [_job(dataclasses.replace(SETTINGS, seed=seed)) for seed in seeds]
 
 
-def learn_swing_up(seed: int) -> Result:
+def _job(settings: LearningSettings) -> Job:
+    arguments = {"settings": settings}
+    return Job(EXPERIMENT, "classical_pilco", settings.seed, learn_swing_up, arguments)
+
+
+def learn_swing_up(settings: LearningSettings) -> Result:
     """Learn by classical PILCO; return one row for each trial, the random one first.
 
     Args:
-        seed: Of starts, noise, first controls and first policy.
+        settings: How; their seed is that of starts and noise, too.
 
     Returns:
         `rows`, each with `succeeded` by the true states and `succeeded_as_measured`, the largest
         `position` [m] and `angle` off upright [rad] of the last second, the `predicted` cost (None
         for the first trial) and what it was, and `cpu_seconds` of all computing so far.
     """
-    robot, task = _Robot(seed), swing_up_task()
-    loop = pilco(task, dataclasses.replace(SETTINGS, seed=seed), robot.run)
+    robot, task = _Robot(settings.seed), swing_up_task()
+    loop = pilco(task, settings, robot.run)
     began = time.process_time()
     rows = []
     for iteration in loop:
