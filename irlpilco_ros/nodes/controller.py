@@ -218,7 +218,7 @@ class Controller(SuiteNode):
         """Wait a moment for the robot if it lacks: one look at a busy computer tells little."""
         end = time.monotonic() + PATIENCE
         while self._control.motion is None and time.monotonic() < end:
-            if not self._control.silence(time.monotonic()) and not self._output.unheard():
+            if not self._control.silence(time.monotonic()) and self._output.is_heard:
                 return
             await self._calls.sleep(WATCH_PERIOD)
 

@@ -17,14 +17,14 @@ from irlpilco_ros.control.position_target import PositionTarget
 from irlpilco_ros.experience.errors import BagError
 from irlpilco_ros.experience.joint_state_cdr import JointStateMessage, decode, encode
 from irlpilco_ros.learning.errors import InvalidSettingError
+from irlpilco_ros.ros.endpoint_names import full_name
 from irlpilco_ros.ros.qos import COMMAND_RECORDING, JOINT_COMMAND
-from irlpilco_ros.ros.receivers import nobody_listens
+from irlpilco_ros.ros.receivers import is_heard_by_name, nobody_listens
 from irlpilco_ros.ros.safe_subscription import Info, SafeSubscription
 from irlpilco_ros.ros.trajectory_output import short_trajectory
 
 _REMEMBERED = 1000  # commands of our own that may still be on their way back to us
 _LAST_WORD = Duration(seconds=0.1)  # for the last zero velocity to be acknowledged
-_UNKNOWN = "_NODE_NAME_UNKNOWN_"
 
 
 class CommandOutput:
@@ -120,18 +120,23 @@ class CommandOutput:
         """Say who else could command the robot, as far as is known; empty if nobody."""
         own = self._node.get_fully_qualified_name()
         nodes = self._node.get_node_names_and_namespaces()
-        if sum(_full(name, namespace) == own for name, namespace in nodes) > 1:
+        if sum(f"{space.rstrip('/')}/{name}" == own for name, space in nodes) > 1:
             return f"there is a second node {own}; stop one of them"
         for publisher in filter(None, (self._commands, self._velocities, self._trajectories)):
             topic = publisher.topic_name
             found = self._node.get_publishers_info_by_topic(topic)
-            names = {_full(info.node_name, info.node_namespace) for info in found} - {own}
+            names = {full_name(endpoint) for endpoint in found} - {own}
             if names:
                 return (
                     f"{topic} is published by {', '.join(sorted(names))}, too; stop that first "
                     "(what was killed is forgotten after 20 s)"
                 )
         return ""
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether a node of a known name would be moved by a command."""
+        return is_heard_by_name(self._node, self._settings)
 
     def unheard(self) -> str:
         """Say that nobody would be moved by a command, as far as is known; empty if somebody is."""
@@ -156,9 +161,3 @@ def _told(data: bytes) -> str:
     values = zip(message.names, message.command, strict=False)
     first = ", ".join(f"{name} {value:.4g}" for name, value in list(values)[:3])
     return f"{first}{', ...' if len(message.command) > 3 else ''} on joint_command"
-
-
-def _full(name: str, namespace: str) -> str:
-    if name == _UNKNOWN:
-        return "a publisher without a node's name"
-    return f"{namespace.rstrip('/')}/{name}"

@@ -6,6 +6,7 @@ from rclpy.node import Node
 
 from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.ros.command_topics import JOINT_COMMAND_TOPIC, moving_topics
+from irlpilco_ros.ros.endpoint_names import NAMELESS, short_name
 
 _LOOK_ON = ("controller", "demonstration_recorder", "foxglove_bridge", "rosbag2_recorder")
 """Nodes that listen to commands and move nothing, as do those of the `ros2` command."""
@@ -14,12 +15,17 @@ _LOOK_ON = ("controller", "demonstration_recorder", "foxglove_bridge", "rosbag2_
 def receivers(node: Node, settings: ControllerSettings) -> set[str]:
     """Return the names of the nodes that a command would move, as far as is known."""
     found = {
-        info.node_name
+        short_name(endpoint)
         for topic in moving_topics(settings)
-        for info in node.get_subscriptions_info_by_topic(node.resolve_topic_name(topic))
+        for endpoint in node.get_subscriptions_info_by_topic(node.resolve_topic_name(topic))
     }
     looking_on = {name for name in found if name.startswith("_ros2cli")}
     return found - looking_on - {node.get_name(), *_LOOK_ON}
+
+
+def is_heard_by_name(node: Node, settings: ControllerSettings) -> bool:
+    """Whether one of the receivers has a name: who has none may yet turn out to look on only."""
+    return bool(receivers(node, settings) - {NAMELESS})
 
 
 def nobody_listens(node: Node, settings: ControllerSettings) -> str:

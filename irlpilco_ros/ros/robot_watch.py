@@ -24,6 +24,7 @@ from irlpilco_ros.ros.command_topics import (
     command_topics,
     moving_topics,
 )
+from irlpilco_ros.ros.endpoint_names import short_name
 from irlpilco_ros.ros.messages import clock_time
 from irlpilco_ros.ros.qos import CLOCK, STATE_RECORDING
 from irlpilco_ros.ros.receivers import receivers
@@ -138,7 +139,7 @@ class RobotWatch:
         for topic in command_topics(ALL_OUTPUTS):
             node = self._session.node
             found = node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
-            names = {info.node_name for info in found} - {node.get_name()}
+            names = {short_name(endpoint) for endpoint in found} - {node.get_name()}
             strangers = sorted(names - {"controller"})
             if strangers:
                 yield Finding(

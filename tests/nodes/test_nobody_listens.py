@@ -12,6 +12,7 @@ from fake_robot import FakeRobot
 from other_driver import JOINTS as ARM
 from other_driver import START
 from rclpy.node import Node
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -19,8 +20,9 @@ from irlpilco_ros.control.controller_settings import ControllerSettings
 from irlpilco_ros.experience.policy_file import write_policy_file
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.policies import OpenLoopPolicy
+from irlpilco_ros.ros.endpoint_names import NAMELESS
 from irlpilco_ros.ros.qos import COMMAND_RECORDING
-from irlpilco_ros.ros.receivers import receivers
+from irlpilco_ros.ros.receivers import is_heard_by_name, nobody_listens, receivers
 
 pytestmark = pytest.mark.dds
 
@@ -46,11 +48,13 @@ def test_a_policy_file_alone_does_not_move_a_robot_of_ros2_control(ros, tmp_path
     write_policy_file(path, policy, Joints(ARM), of_robot)
     patience = {"state_timeout": 1.0, "command_timeout": 1.0, "trial_start_tolerance": 1.0}
     alone = ros.start(CONTROLLER, files=[path], parameters=patience)
-    ros.wait_for(lambda: ros.node.get_publishers_info_by_topic("/joint_states"), "the driver")
+    heard = ros.listen(DiagnosticArray, "/diagnostics", publishers=1)
+    sentence = "nobody listens to the commands, on /joint_command"
+    ros.wait_for(lambda: is_told(heard, sentence, WARN), "the recorder's name to be known")
     for motion in MOTIONS:
         answer = trigger_when_heard(ros, motion)
         assert not answer.success
-        assert "nobody listens to the commands, on /joint_command" in answer.message
+        assert sentence in answer.message
         assert "the robot's own file before the policy's" in answer.message
         assert f"refused: {answer.message}" in alone.output  # whoever watches the node sees why
     alone.stop()
@@ -81,6 +85,32 @@ def test_a_receiver_that_comes_is_heard_of(ros):
         answer = trigger_when_heard(ros, "/robot/controller/run_trial")
         assert "nobody listens" not in answer.message
         assert robot.commands
+
+
+def test_who_has_no_name_yet_is_waited_for_and_then_believed():
+    """A subscription is discovered a tenth of a second before its node's name."""
+    nameless = _Graph("_NODE_NAME_UNKNOWN_")
+    assert receivers(nameless, ControllerSettings()) == {NAMELESS}
+    assert not is_heard_by_name(nameless, ControllerSettings())
+    assert not nobody_listens(nameless, ControllerSettings())  # a robot's driver without ROS
+    assert is_heard_by_name(_Graph("driver"), ControllerSettings())
+    assert not is_heard_by_name(_Graph("demonstration_recorder"), ControllerSettings())
+
+
+class _Graph:
+    """What a node sees of the others: one subscription."""
+
+    def __init__(self, name):
+        self._endpoint = TopicEndpointInfo(node_name=name, node_namespace="/")
+
+    def get_name(self):
+        return "controller"
+
+    def resolve_topic_name(self, topic):
+        return f"/{topic}"
+
+    def get_subscriptions_info_by_topic(self, _topic):
+        return [self._endpoint]
 
 
 def test_who_looks_on_is_no_receiver(ros):
