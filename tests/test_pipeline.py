@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import JointState
 
 from irlpilco_ros.experience.bag_reader import read_bag
 from irlpilco_ros.experience.errors import BagError
@@ -20,7 +21,7 @@ from irlpilco_ros.experience.metrics import DEMONSTRATION
 from irlpilco_ros.experience.run_directory import RunDirectory
 from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.ros.learner_progress import LearnerProgress
-from irlpilco_ros.ros.qos import DIAGNOSTICS
+from irlpilco_ros.ros.qos import COMMAND_RECORDING, DIAGNOSTICS
 
 pytestmark = [pytest.mark.dds, pytest.mark.slow]
 
@@ -28,6 +29,7 @@ SHIPPED = Path(__file__).resolve().parents[1] / "config" / "baxter.yaml"
 HORIZON = 8  # the first half of the sweep: a quarter of the computing
 WINDOW = [0.0, 0.5 * HORIZON]  # [s]
 LEFT_ARM = tuple(f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2"))
+COMMANDS = 70  # those of 0.7 s, in which there are two decisions
 SETTINGS = "/**:\n  ros__parameters:\n    evaluations: 10\n    linear_phase.count: 8\n"
 
 
@@ -41,6 +43,7 @@ class Pipeline:
         self.settings.write_text(SETTINGS)
         self.progress = graph.listen(DiagnosticArray, "learner/progress", DIAGNOSTICS)
         self.health = graph.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS)
+        self.commands = graph.listen(JointState, "joint_command", COMMAND_RECORDING)
         self.robot = folder / "robot.yaml"
         self.robot.write_text(SHIPPED.read_text())
         recordings = {"output_directory": str(folder / "recordings")}
@@ -112,19 +115,19 @@ class Pipeline:
         self.graph.wait_for(lambda: stage in self.stages(), f"stage {stage}")
         return call
 
+    def _moves(self):
+        """Whether the arm has been moved for a while: a trial is over in half a second here."""
+        return sum(any(message.velocity) for message in self.commands.messages) > COMMANDS
+
     def begin_and_wait_for_commands(self):
         """Call learn_iteration; return its future and the trial's bag, once a trial runs."""
         number = self.run.trial_bags()[-1][0] + 1
         bag = self.run.trials_directory / f"{number:03d}"
+        self.progress.clear()
         call = self.graph.trigger_async("learn_iteration")
-
-        def is_under_way():
-            try:
-                return read_bag(bag).commanded.sum() >= 2
-            except BagError:
-                return False
-
-        self.graph.wait_for(is_under_way, "the trial")
+        self.graph.wait_for(lambda: "trial" in self.stages(), "the trial")
+        self.commands.clear()
+        self.graph.wait_for(self._moves, "commands")
         return call, bag
 
 

@@ -453,11 +453,14 @@ class Learner(SuiteNode):
         self._show(LearnerProgress(stage, self._progress.iteration, fraction))
 
     def _show(self, progress: LearnerProgress) -> None:
-        """Take note of where the iteration is, with a line when a stage begins."""
+        """Take note of where the iteration is, and tell at once when a stage begins."""
         before, self._progress = self._progress, progress
+        if (progress.stage, progress.iteration) == (before.stage, before.iteration):
+            return
         words = STAGE_WORDS.get(progress.stage)
-        if words and (progress.stage, progress.iteration) != (before.stage, before.iteration):
+        if words:
             self.get_logger().info(f"iteration {progress.iteration}: {words}")
+        self._publish_progress()  # on a fast computer it may be over before the timer's next turn
 
     def _check_cancelled(self) -> None:
         if self._under_way is not None:
