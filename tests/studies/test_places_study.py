@@ -39,7 +39,7 @@ def test_places_are_one_list_that_begins_elsewhere_with_every_seed():
     assert len(set(drawn)) == COUNT
     assert np.abs(drawn).max(axis=0) == pytest.approx((WIDEST, WIDEST, WIDEST_TURN), rel=0.1)
     jobs = [places.places_job("default", seed).arguments["places"] for seed in range(4)]
-    assert all(len(set(each)) == len(each) == 10 for each in jobs)
+    assert all(len(set(each)) == len(each) == COUNT for each in jobs)
     practised = [set(each[: places.PRACTISED]) for each in jobs]
     assert set.union(*practised) == set(drawn)
     assert places_from(3)[0] == drawn[3]

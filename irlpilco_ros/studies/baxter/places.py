@@ -28,8 +28,6 @@ PLACES_ROBOTS = ("default", "miscalibrated")
 PRACTISED = 5
 """One trial is made at each of so many places, one after the other; the others are held out."""
 
-HELD_OUT = 5
-
 WATCHED = 3
 """So many of these are tried at once after each of those trials, and once more after one there."""
 
@@ -50,11 +48,11 @@ def places_job(
 ) -> Job:
     """Return the job of learning on a robot of `ROBOTS`; arguments as `places_run`.
 
-    If no places are given they are half of those of the study, beginning elsewhere with every seed:
+    If no places are given they are those of the study, beginning elsewhere with every seed, so that
     four seeds practise at all of them.
     """
     if places is None:
-        places = places_from(PRACTISED * seed)[: PRACTISED + HELD_OUT]
+        places = places_from(PRACTISED * seed)
     arguments = {
         "robot": robot,
         "settings": dataclasses.replace(sweep_settings(), seed=seed, threads=1),
