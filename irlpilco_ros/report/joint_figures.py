@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.report import style
 from irlpilco_ros.report.run_summary import UNKNOWN_UNIT, FloatArray, IterationSummary, RunSummary
 
@@ -18,15 +19,6 @@ COLUMNS = 4
 ROW_HEIGHT = 1.75
 SMALLEST_SPAN = {"rad": 0.2, "m": 0.02, UNKNOWN_UNIT: 0.2}
 """Smallest range of a position axis, by its unit, so that a joint at rest looks at rest."""
-
-
-def joint_groups(joints: tuple[str, ...]) -> list[list[int]]:
-    """Return the joints' indices arm by arm: grouped by what stands before the first "_"."""
-    groups: dict[str, list[int]] = {}
-    for index, joint in enumerate(joints):
-        prefix = joint.partition("_")[0] if "_" in joint else ""
-        groups.setdefault(prefix, []).append(index)
-    return list(groups.values())
 
 
 def position_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
@@ -60,7 +52,7 @@ def _panels(
     run: RunSummary, iteration: IterationSummary
 ) -> tuple[Figure, dict[int, Axes], list[Axes]]:
     """Return a figure, the panel of every joint, and the empty panels, at least one."""
-    groups = joint_groups(run.joints)
+    groups = list(map(list, Joints(run.joints).chains))
     if sum(-len(group) % COLUMNS for group in groups) == 0:
         groups.append([])
     places = [_fill(group) for group in groups]

@@ -14,7 +14,7 @@ from report_runs import LATE, summary
 from irlpilco_ros.experience.path_quality import UNKNOWN
 from irlpilco_ros.report import style
 from irlpilco_ros.report.debris_figure import DEMONSTRATION, LEARNED, REPLAY, debris_figure
-from irlpilco_ros.report.joint_figures import difference_figure, joint_groups, position_figure
+from irlpilco_ros.report.joint_figures import difference_figure, position_figure
 from irlpilco_ros.report.model_figure import relevance_figure
 from irlpilco_ros.report.progress_figures import error_figure, time_figure, weights_figure
 from irlpilco_ros.report.run_summary import UNKNOWN_UNIT, DebrisCount
@@ -41,11 +41,6 @@ def test_every_joint_has_one_panel(joints: tuple[str, ...]) -> None:
     run = summary(joints)
     found = panels(position_figure(run, run.last))
     assert list(found) == [style.pretty(joint) for joint in joints]
-
-
-def test_arms_are_grouped() -> None:
-    assert joint_groups(BAXTER) == [list(range(7)), list(range(7, 14))]
-    assert joint_groups(("a", "b")) == [[0, 1]]
 
 
 def test_positions_show_demonstration_prediction_and_robot_over_the_same_times() -> None:

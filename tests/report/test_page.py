@@ -235,11 +235,15 @@ def test_a_robot_that_was_shown_twice_and_is_commanded_efforts(artwork: Artwork)
     assert "velocities" not in text
 
 
+TWO_ARMS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("s0", "s1", "e0"))
+
+
 @pytest.mark.parametrize(
     ("joints", "words"),
     [
         (("left_s0", "left_s1"), "The arm is guided"),
-        (("left_s0", "right_s0"), "The arms are guided"),
+        (("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint"), "The arm is guided"),
+        (TWO_ARMS, "The arms are guided"),
     ],
 )
 def test_arms_are_counted(artwork: Artwork, joints: tuple[str, ...], words: str) -> None:
