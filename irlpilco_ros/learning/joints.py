@@ -12,9 +12,6 @@ from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.state_layout import StateLayout
 
-_ARM = 3
-"""Of fewer joints than that there is no arm: hip_pitch and knee_pitch are one leg."""
-
 
 class SizedPolicy(Protocol):
     """A policy, as far as a robot's joints need it."""
@@ -85,25 +82,6 @@ class Joints:
     def commanded_columns(self) -> list[int]:
         """Where among all joints the commanded ones are, F indices."""
         return [self.names.index(name) for name in self.commanded]
-
-    @cached_property
-    def chains(self) -> tuple[tuple[int, ...], ...]:
-        """The joints of each chain of links, arm by arm, as far as their names tell.
-
-        Arms of one kind have joints of the same names but for what stands before the first "_",
-        as left_s0 and right_s0, and at least three of them. All others are one chain.
-        """
-        begins = [name.partition("_")[0] for name in self.names]
-        ends = [name.partition("_")[2] for name in self.names]
-        arms: dict[str, set[str]] = {}
-        for begin, end in zip(begins, ends, strict=True):
-            arms.setdefault(begin, set()).add(end)
-        kinds = list(arms.values())
-        chains: dict[str, list[int]] = {}
-        for index, begin in enumerate(begins):
-            is_arm = len(arms[begin]) >= _ARM and kinds.count(arms[begin]) > 1
-            chains.setdefault(begin if is_arm else "", []).append(index)
-        return tuple(map(tuple, chains.values()))
 
     @cached_property
     def layout(self) -> StateLayout:

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.report import style
 from irlpilco_ros.report.run_summary import UNKNOWN_UNIT, FloatArray, IterationSummary, RunSummary
 
@@ -19,6 +18,27 @@ COLUMNS = 4
 ROW_HEIGHT = 1.75
 SMALLEST_SPAN = {"rad": 0.2, "m": 0.02, UNKNOWN_UNIT: 0.2}
 """Smallest range of a position axis, by its unit, so that a joint at rest looks at rest."""
+
+_ARM = 3
+"""Of fewer joints than that there is no arm: hip_pitch and knee_pitch are one leg."""
+
+
+def joint_groups(joints: tuple[str, ...]) -> list[list[int]]:
+    """Return the joints' indices arm by arm, as far as their names tell.
+
+    Arms of one kind have joints of the same names but for what stands before the first "_", as
+    left_s0 and right_s0, and at least three of them. All others are one group.
+    """
+    begins = [name.partition("_")[0] for name in joints]
+    arms: dict[str, set[str]] = {}
+    for begin, name in zip(begins, joints, strict=True):
+        arms.setdefault(begin, set()).add(name.partition("_")[2])
+    kinds = list(arms.values())
+    groups: dict[str, list[int]] = {}
+    for index, begin in enumerate(begins):
+        is_arm = len(arms[begin]) >= _ARM and kinds.count(arms[begin]) > 1
+        groups.setdefault(begin if is_arm else "", []).append(index)
+    return list(groups.values())
 
 
 def position_figure(run: RunSummary, iteration: IterationSummary) -> Figure:
@@ -52,7 +72,7 @@ def _panels(
     run: RunSummary, iteration: IterationSummary
 ) -> tuple[Figure, dict[int, Axes], list[Axes]]:
     """Return a figure, the panel of every joint, and the empty panels, at least one."""
-    groups = list(map(list, Joints(run.joints).chains))
+    groups = joint_groups(run.joints)
     if sum(-len(group) % COLUMNS for group in groups) == 0:
         groups.append([])
     places = [_fill(group) for group in groups]

@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from markupsafe import Markup
 
 from irlpilco_ros import __version__
-from irlpilco_ros.learning.joints import Joints
+from irlpilco_ros.report.joint_figures import joint_groups
 from irlpilco_ros.report.page_tables import (
     acceleration_table,
     error_table,
@@ -108,7 +108,7 @@ def render_page(run: RunSummary, artwork: Artwork, made: Made) -> str:
         unit=run.unit,
         has_replay=math.isfinite(run.replay_rmse),
         shown=_shown(run.demonstrations),
-        arms=len(Joints(run.joints).chains),
+        arms=len(joint_groups(run.joints)),
         trials=f"{count} trial{'s' if count > 1 else ''}",
         errors_alt=_errors_alt(run),
         errors=error_table(run),

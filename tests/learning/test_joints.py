@@ -18,27 +18,6 @@ def test_mere_names_are_commanded_and_seen_as_they_are():
     np.testing.assert_array_equal(joints.layout.policy_view(state), state)
 
 
-@pytest.mark.parametrize(
-    ("names", "chains"),
-    [
-        (
-            ("left_s0", "left_s1", "left_e0", "right_s0", "right_s1", "right_e0"),
-            ((0, 1, 2), (3, 4, 5)),
-        ),
-        (("l_a", "r_a", "head_pan", "l_b", "r_b", "l_c", "r_c"), ((0, 3, 5), (1, 4, 6), (2,))),
-        (("panda_joint1", "panda_joint2", "panda_joint3"), ((0, 1, 2),)),
-        (
-            ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint"),
-            ((0, 1, 2, 3),),
-        ),
-        (("base_joint", "shoulder_joint", "elbow_joint"), ((0, 1, 2),)),
-        (("cart", "pole"), ((0, 1),)),
-    ],
-)
-def test_arms_are_told_by_their_joints_names(names, chains):
-    assert Joints(names).chains == chains
-
-
 def test_a_cart_pole_is_seen_as_pilco_sees_it():
     state = np.array([0.3, 2.0, -0.1, 0.7])  # x, theta, x_dot, theta_dot
     seen = [0.3, -0.1, 0.7, np.sin(2.0), np.cos(2.0)]

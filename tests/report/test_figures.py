@@ -14,7 +14,7 @@ from report_runs import LATE, summary
 from irlpilco_ros.experience.path_quality import UNKNOWN
 from irlpilco_ros.report import style
 from irlpilco_ros.report.debris_figure import DEMONSTRATION, LEARNED, REPLAY, debris_figure
-from irlpilco_ros.report.joint_figures import difference_figure, position_figure
+from irlpilco_ros.report.joint_figures import difference_figure, joint_groups, position_figure
 from irlpilco_ros.report.model_figure import relevance_figure
 from irlpilco_ros.report.progress_figures import error_figure, time_figure, weights_figure
 from irlpilco_ros.report.run_summary import UNKNOWN_UNIT, DebrisCount
@@ -41,6 +41,29 @@ def test_every_joint_has_one_panel(joints: tuple[str, ...]) -> None:
     run = summary(joints)
     found = panels(position_figure(run, run.last))
     assert list(found) == [style.pretty(joint) for joint in joints]
+
+
+@pytest.mark.parametrize(
+    ("joints", "groups"),
+    [
+        (
+            ("left_s0", "left_s1", "left_e0", "right_s0", "right_s1", "right_e0"),
+            ((0, 1, 2), (3, 4, 5)),
+        ),
+        (("l_a", "r_a", "head_pan", "l_b", "r_b", "l_c", "r_c"), ((0, 3, 5), (1, 4, 6), (2,))),
+        (("panda_joint1", "panda_joint2", "panda_joint3"), ((0, 1, 2),)),
+        (
+            ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint"),
+            ((0, 1, 2, 3),),
+        ),
+        (("base_joint", "shoulder_joint", "elbow_joint"), ((0, 1, 2),)),
+        (("cart", "pole"), ((0, 1),)),
+    ],
+)
+def test_arms_are_told_by_their_joints_names(
+    joints: tuple[str, ...], groups: tuple[tuple[int, ...], ...]
+) -> None:
+    assert joint_groups(joints) == list(map(list, groups))
 
 
 def test_positions_show_demonstration_prediction_and_robot_over_the_same_times() -> None:
