@@ -135,6 +135,14 @@ class LearningSettings:
         minimum=1,
         maximum=1000,
     )
+    start_widening: float = setting(
+        1.0,
+        "How many times as far as trials do start from each other policy search takes them to: "
+        "above 1, policies also answer starts that are rare. Predictions are of the starts as they "
+        "are.",
+        minimum=1.0,
+        maximum=10.0,
+    )
     discount: float = setting(
         1.0,
         "How much each step of a trial counts relative to the step before (gamma). 1: all alike; "

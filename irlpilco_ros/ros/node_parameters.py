@@ -75,6 +75,7 @@ NODE_PARAMETERS = (
     "start_speed_tolerance",
     "start_spread",
     "start_tolerance",
+    "start_widening",
     "starts",
     "state_timeout",
     "threads",

@@ -35,6 +35,15 @@ def test_learning_beats_replay_within_three_iterations():
     assert np.abs(predicted - trials[-1].states[:, :JOINTS]).max() < 0.1
 
 
+def test_wider_starts_are_for_the_search_alone():
+    task, trials, _ = run(SETTINGS, 0)
+    usual = learn(task, SETTINGS, trials)
+    prepared = learn(task, dataclasses.replace(SETTINGS, start_widening=5.0), trials)
+    start = usual.predicted_covariances[0]
+    np.testing.assert_array_equal(prepared.predicted_covariances[0], start)
+    assert not np.array_equal(prepared.policy.parameters, usual.policy.parameters)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
