@@ -191,6 +191,11 @@ def test_the_executables_and_services_of_the_readme_exist():
         assert page_of(line.split()[0]).is_file(), line
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_no_page_holds_both_sides_of_a_merge(page):
+    assert not re.search(r"^(<{7} |>{7} |={7}$)", page.read_text(encoding="utf-8"), re.MULTILINE)
+
+
 def test_no_link_leads_nowhere():
     dead = []
     for page in PAGES:

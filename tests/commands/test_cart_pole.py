@@ -19,7 +19,7 @@ from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.resources import config_file, recording
 from irlpilco_ros.studies.cart_pole import runs
 from irlpilco_ros.studies.cart_pole.page import write_page
-from irlpilco_ros.studies.cart_pole.results import Runs
+from irlpilco_ros.studies.cart_pole.results import Runs, summary_of
 from irlpilco_ros.studies.cart_pole.runs import TrialRecord
 from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 
@@ -94,6 +94,19 @@ def test_what_it_takes_to_hold_first_is_a_median_with_those_that_never_did(tmp_p
     assert expert["computing_until_held_s"] == [None, 9.0, 3.0]
     (row,) = [line for line in page.read_text().splitlines() if line.startswith("| expert (")]
     assert row.endswith("| 3, 7.5, 9 |")
+
+
+def test_late_trials_are_counted_from_the_sixth_iteration_on():
+    held = read_bag(recording("cart_pole/expert")).rollout(CART_POLE_JOINTS, 25)
+    hanging = Rollout(np.zeros_like(held.states), held.controls)
+    runs_ = [[hanging] * 5 + [held] * 4, [hanging] * 3 + [held] * 4 + [hanging]]
+    seeds = {s: [TrialRecord(each, 0.0, 0.0, {}) for each in run] for s, run in enumerate(runs_)}
+    summary = summary_of(Runs(held, {0: seeds[0]}, {"feature_matching": seeds}))
+    found = summary["feature_matching"]
+    # The first has trials 6 to 8, all held; the second 6 and 7, of which the last is not.
+    assert (found["settled_held"], found["settled_trials"]) == (4, 5)
+    assert found["held_at_the_end"] == 1
+    assert found["held_by_4"] == 1
 
 
 def test_what_is_done_is_not_done_again_and_an_interrupted_run_goes_on(chapter, monkeypatch):

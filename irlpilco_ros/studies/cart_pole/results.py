@@ -20,6 +20,9 @@ from sim_bridge.cart_pole_simulation import CART_POLE_JOINTS
 FOLLOWS_WITHIN = 0.1
 """[rad] root mean square of theta(t) within which a trial reproduces the expert."""
 
+SETTLED = 6
+"""The iteration from which on every trial is to hold the pole."""
+
 
 @dataclass(frozen=True)
 class Runs:
@@ -144,6 +147,10 @@ def summary_of(runs: Runs) -> dict[str, Any]:
             "follows_by_the_end": sum(value <= FOLLOWS_WITHIN for value in reached),
             "follows_at_the_end": sum(value <= FOLLOWS_WITHIN for value in last),
             "held_at_the_end": sum(records[-1].held for records in seeds.values()),
+            "settled_trials": sum(len(records[SETTLED:]) for records in seeds.values()),
+            "settled_held": sum(
+                record.held for records in seeds.values() for record in records[SETTLED:]
+            ),
             **_times(seeds),
         }
     return summary
