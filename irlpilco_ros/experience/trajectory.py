@@ -157,7 +157,7 @@ class Trajectory:
         decided = self.stamps[self.commanded]
         if not len(decided):
             raise IncompleteTrialError("no command was recorded: it is no trial")
-        usual = float(np.median(np.diff(decided))) if len(decided) > 1 else period
+        usual = _pace(decided)
         if usual and period and abs(usual - period) > PACE * period:
             raise IncompleteTrialError(
                 f"its commands were decided every {usual:.3f} s; the robot's control_period is "
@@ -205,12 +205,21 @@ class Trajectory:
         return np.arange(len(self) if horizon is None else needed)
 
 
+def _pace(stamps: np.ndarray) -> float | None:
+    """Return the usual time between samples [s]; None if two intervals are not there.
+
+    The last one does not count: what ends a trial may be a stop at any time.
+    """
+    intervals = np.diff(stamps)[:-1]
+    return float(np.median(intervals)) if len(intervals) else None
+
+
 def missing_in(stamps: np.ndarray) -> int:
     """Return how many samples the gaps between stamps [s], shape (T,), could have held."""
-    if len(stamps) < 3:
+    usual = _pace(stamps)
+    if usual is None:
         return 0
-    intervals = np.diff(stamps)
-    multiples = intervals / np.median(intervals)
+    multiples = np.diff(stamps) / usual
     return int((np.rint(multiples[multiples > GAP]) - 1).clip(min=1).sum())
 
 
@@ -228,6 +237,6 @@ def _check_whole(stamps: np.ndarray, positions: np.ndarray) -> None:
         raise IncompleteTrialError(
             f"{missing} {'sample is' if missing == 1 else 'samples are'} missing, or this is more "
             f"than one trial: {intervals[gap]:.3f} s pass after sample {gap} at stamp "
-            f"{stamps[gap]:.3f} s, where {np.median(intervals):.3f} s are usual: was the "
+            f"{stamps[gap]:.3f} s, where {_pace(stamps):.3f} s are usual: was the "
             "recorder's computer, or the network, busy?"
         )

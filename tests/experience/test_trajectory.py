@@ -65,6 +65,20 @@ def test_a_trial_that_was_stopped_early_is_incomplete():
         trial(steps=9).rollout(Joints(JOINTS), 16)
 
 
+@pytest.mark.parametrize(("steps", "last"), [(1, 0.36), (2, 0.1), (3, 0.72)])
+def test_a_trial_that_was_stopped_between_two_decisions_is_incomplete(steps, last):
+    stopped = trial(steps=steps)
+    stamps = 1000.0 + np.append(0.5 * np.arange(steps), 0.5 * (steps - 1) + last)
+    stopped = dataclasses.replace(stopped, stamps=stamps)
+    with pytest.raises(IncompleteTrialError, match=f"has {steps} of 16 control periods"):
+        stopped.trial(Joints(JOINTS), 16, 0.5)
+
+
+def test_a_trial_at_another_pace_is_told_by_its_decisions():
+    with pytest.raises(IncompleteTrialError, match=r"decided every 0\.500 s; .* is 0\.25 s"):
+        trial(steps=8).trial(Joints(JOINTS), 16, 0.25)
+
+
 def test_a_missing_sample_is_named():
     holed = cut(trial(), [*range(6), *range(7, 17)])
     assert holed.missing == 1
