@@ -137,9 +137,8 @@ class LearningSettings:
     )
     start_widening: float = setting(
         1.0,
-        "How many times as far as trials do start from each other policy search takes them to: "
-        "above 1, policies also answer starts that are rare. Predictions are of the starts as they "
-        "are.",
+        "Factor on the spread of trials' starts in policy search: above 1, policies also answer "
+        "starts that are rare. What is predicted of a policy is for the starts as they are.",
         minimum=1.0,
         maximum=10.0,
     )

@@ -80,7 +80,7 @@ def test_scaled_parameters_find_gains_of_joints_that_stand_far_from_zero():
     assert scaled < 0.5 * plain
 
 
-def test_gains_are_larger_where_trials_start_farther_apart():
+def test_policies_are_prepared_for_starts_that_are_farther_apart():
     problem = objective()
     wide = with_wider_start(problem, 20.0)
     np.testing.assert_allclose(wide.start.covariance, 400.0 * problem.start.covariance)
