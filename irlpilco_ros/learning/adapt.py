@@ -27,7 +27,6 @@ from irlpilco_ros.learning.learn import (
     repeated_part,
     trials_of,
     weigh,
-    with_wider_start,
 )
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.squashing import unsquash
@@ -97,7 +96,7 @@ def adapt(
         modelled = time.perf_counter()
         objective = expected_cost(task, settings, model, here, weighed[0])
         found = search_policy(
-            with_wider_start(objective, settings.start_widening),
+            objective.with_wider_start(settings.start_widening),
             [start],
             settings.optimiser,
             settings.screening_evaluations,

@@ -88,7 +88,7 @@ def learn(
         model = _train_model(task, settings, trials, tasks, previous, report)
         trained = time.perf_counter()
         objective = expected_cost(task, settings, model, here, weights)
-        wide = with_wider_start(objective, settings.start_widening)
+        wide = objective.with_wider_start(settings.start_widening)
         found, notes = search_twice_if_needed(
             lambda starts: _search(task, settings, wide, weights, starts, report),
             _starting_policies(task, settings, model, objective.start, previous),
@@ -175,18 +175,6 @@ def expected_cost(
         cost=_cost(task, settings, settings.imitation, weights),
         approximation=cast(CovarianceApproximation, settings.covariance_approximation),
         noise=noise,
-    )
-
-
-def with_wider_start(objective: Objective, widening: float) -> Objective:
-    """Return the objective of trials that start so many times as far from each other.
-
-    A prediction by moments does not tell that a policy fails in one start of thirty, far from where
-    trials usually start. Where those are common, it does.
-    """
-    start = objective.start
-    return dataclasses.replace(
-        objective, start=Gaussian(start.mean, widening**2 * start.covariance)
     )
 
 

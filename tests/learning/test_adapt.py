@@ -107,6 +107,19 @@ def test_the_band_is_corrected_by_how_the_last_trial_lay_in_its_own(practised):
     assert np.abs(corrected / plain - 1.0).min() > 0.02
 
 
+def test_wider_starts_are_for_the_search_alone(practised):
+    trials, last = practised
+    usual, prepared = (
+        adapt(
+            elsewhere(), dataclasses.replace(SETTINGS, start_widening=w), trials, [HERE] * 3, last
+        )
+        for w in (1.0, 5.0)
+    )
+    start = usual.predicted_covariances[0]
+    np.testing.assert_array_equal(prepared.predicted_covariances[0], start)
+    assert not np.array_equal(prepared.policy.parameters, usual.policy.parameters)
+
+
 def test_threads_change_nothing(practised):
     trials, last = practised
     one, two = (

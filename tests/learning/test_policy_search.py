@@ -9,7 +9,7 @@ from irlpilco_ros.learning.costs import FeatureMatching
 from irlpilco_ros.learning.errors import InvalidSettingError, NumericalError
 from irlpilco_ros.learning.features import JointPositions
 from irlpilco_ros.learning.gp.prior_mean import velocity_prior
-from irlpilco_ros.learning.learn import expected_cost, weigh, with_wider_start
+from irlpilco_ros.learning.learn import expected_cost, weigh
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.policies import LinearPhasePolicy, LinearPolicy
@@ -82,7 +82,7 @@ def test_scaled_parameters_find_gains_of_joints_that_stand_far_from_zero():
 
 def test_policies_are_prepared_for_starts_that_are_farther_apart():
     problem = objective()
-    wide = with_wider_start(problem, 20.0)
+    wide = problem.with_wider_start(20.0)
     np.testing.assert_allclose(wide.start.covariance, 400.0 * problem.start.covariance)
     usual, prepared = (
         search_policy(each, [policy()], "gauss_newton", 20).policy for each in (problem, wide)

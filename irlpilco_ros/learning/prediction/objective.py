@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -86,6 +86,15 @@ class Objective:
     cost: Cost
     approximation: CovarianceApproximation = "first_order"
     noise: Array | None = None
+
+    def with_wider_start(self, factor: float) -> Objective:
+        """Return the objective of trials that start so many times as far from each other.
+
+        A prediction by moments does not tell that a policy fails in one start of thirty, far from
+        where trials usually start. Where those are common, it does.
+        """
+        start = Gaussian(self.start.mean, factor**2 * self.start.covariance)
+        return replace(self, start=start)
 
     def evaluate(self, policy: Policy, gradient: bool = True) -> Evaluation:
         """Return cost and trajectory of a policy.
