@@ -19,7 +19,7 @@ from irlpilco_ros.learning import (
     apprenticeship,
     judge,
 )
-from irlpilco_ros.learning.adapt import adapt, carried_policy
+from irlpilco_ros.learning.adapt import EVALUATIONS, adapt, carried_policy
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.learn import start_state, weigh
 from irlpilco_ros.learning.measured_band import measured_deviations
@@ -83,7 +83,7 @@ def test_at_once_it_is_better_than_what_is_not_learned(practised):
     task = elsewhere()
     adapted = adapt(task, SETTINGS, trials, [HERE] * 3, last)
     assert adapted.index == 3
-    assert adapted.evaluations <= SETTINGS.screening_evaluations + 1
+    assert adapted.evaluations <= EVALUATIONS + 1
     off = judge(task, Robot(10).run(adapted.policy, task)).rmse
     assert off < 0.3 * judge(task, Robot(10).run(open_loop_policy(task), task)).rmse
     assert off < 0.3 * judge(task, Robot(10).run(last.policy, task)).rmse

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 
 APPROXIMATIONS = st.sampled_from(["linearised", "first_order", "exact"])
@@ -120,3 +121,35 @@ def test_tiny_units_give_numbers():
     rng = np.random.default_rng(0)
     x, y = rng.standard_normal((8, 2)), 1e-200 * rng.standard_normal((8, 1))
     check_prediction(DynamicsModel.train(x, y, max_evaluations=10), x[0], 0.01 * np.eye(2), "exact")
+
+
+def test_a_model_may_expect_what_is_linear_alone():
+    """Its mean is the other's linear part; its doubts are its own, and the coefficients'."""
+    rng = np.random.default_rng(0)
+    x = rng.standard_normal((20, 2))
+    y = (0.7 * x[:, :1] + 0.3 * np.sin(3.0 * x[:, 1:])) + 1e-3 * rng.standard_normal((20, 1))
+    linear = LinearPart(np.array([[0]]), np.ones((1, 1)))
+    both, alone = (
+        DynamicsModel.condition(
+            x,
+            y,
+            Hyperparameters(
+                np.zeros((1, 2)), np.array([signal]), np.array([-3.0]), np.array([-1.0])
+            ),
+            linear=linear,
+        )
+        for signal in (-1.0, -10.0)
+    )
+    model = both.expecting(alone)
+    for at in (x[0], np.array([3.0, -2.0])):
+        mean = model.predict(at, np.zeros((2, 2)))[0].mean
+        np.testing.assert_allclose(mean, alone.prior_mean @ at, rtol=1e-12)
+        spread = model.predict(at, np.zeros((2, 2)))[0].covariance
+        doubt = both.predict(at, np.zeros((2, 2)))[0].covariance
+        certain = alone.predict(at, np.zeros((2, 2)))[0].covariance
+        assert certain < spread
+        np.testing.assert_allclose(
+            spread - alone.identified.covariance[0] * at[0] ** 2,
+            doubt - both.identified.covariance[0] * at[0] ** 2,
+        )
+    check_prediction(model, x[0], 0.01 * np.eye(2), "exact")

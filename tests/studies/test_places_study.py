@@ -1,11 +1,14 @@
 """The short version of the study of other places: one seed, one iteration, a place or two."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from irlpilco_ros import cli
 from irlpilco_ros.kinematics.rigid_motion import inverse
-from irlpilco_ros.studies.baxter import movement_primitive, places
+from irlpilco_ros.learning import LearningLoop
+from irlpilco_ros.studies.baxter import motion_bench, movement_primitive, places
 from irlpilco_ros.studies.baxter.carried_baselines import baselines_job
 from irlpilco_ros.studies.baxter.places_bench import (
     COUNT,
@@ -57,6 +60,19 @@ def test_without_a_trial_there_it_is_nearer_than_replay_and_with_one_nearer_stil
         assert 0.0 < trial["predicted"] < 0.02
         assert trial["seconds"] > 0.0
         assert 0 <= trial["pieces"] <= 20
+
+
+def test_what_squared_exponentials_made_of_one_motion_is_not_carried_over():
+    """Five trials at home, then the far ends: with it, 18 and 8 mrad there."""
+    far = PlacesBench("miscalibrated", 0)
+    settings = dataclasses.replace(motion_bench.sweep_settings(), seed=0, threads=1)
+    learner = places.Traveller(far, LearningLoop(far.home.task, settings))
+    for _ in range(5):
+        learner.at_home()
+    spots, refused = far.spots([(0.038, 0.079, -0.282), (0.018, -0.08, 0.246)])
+    assert not refused
+    for spot in spots:
+        assert learner.copy().at_once(spot)["path"] < 0.006
 
 
 def test_baselines_are_carried_over_by_the_same_kinematics():

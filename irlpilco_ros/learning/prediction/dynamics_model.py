@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -202,6 +203,22 @@ class DynamicsModel:
         if self.identified is None:
             return found
         return widened(self.identified, *found, mean, covariance, step)
+
+    def expecting(self, other: DynamicsModel) -> DynamicsModel:
+        """Return a model that expects the linear part of another alone, and doubts it as this does.
+
+        What the squared exponentials found in the data is no part of its mean; what they do not
+        know is part of its variance.
+
+        Args:
+            other: Of the same data.
+        """
+        doubting = dataclasses.replace(
+            self.posterior, weights=np.zeros_like(self.posterior.weights)
+        )
+        return dataclasses.replace(
+            self, prior_mean=other.prior_mean, identified=other.identified, posterior=doubting
+        )
 
     @cached_property
     def _moment_matching(self) -> MomentMatching:
