@@ -104,6 +104,7 @@ LEARNING = (
     "second_search",
     "conclusion",
     "learn",
+    "elsewhere",
     "adapt",
     "apprenticeship",
 )

@@ -11,45 +11,30 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
 
 import numpy as np
 
 from irlpilco_ros.learning.conclusion import concluded
-from irlpilco_ros.learning.gp.kernel import Hyperparameters
+from irlpilco_ros.learning.elsewhere import model_elsewhere
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import trial_error
 from irlpilco_ros.learning.lag import with_known_history
 from irlpilco_ros.learning.learn import (
     check_trials,
     expected_cost,
-    expected_dynamics,
     learn,
-    repeated_part,
     trials_of,
     weigh,
 )
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.moments.squashing import unsquash
-from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.numerics.threads import one_blas_thread
 from irlpilco_ros.learning.pace import at_moments_of, ways_at_pace_of
 from irlpilco_ros.learning.policies import Policy
-from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
-from irlpilco_ros.learning.prediction.trial_data import condition_on_trials
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.policy_search import search_policy
 from irlpilco_ros.learning.starts.initial_policy import initial_policy, policy_limit
-from irlpilco_ros.learning.state_layout import StateLayout
 from irlpilco_ros.learning.task import Task
-
-FARTHER = 5.0
-"""How many times farther the model looks along the joints' positions than the evidence says.
-
-Trials of one motion cannot tell whether a joint answers otherwise because it stands elsewhere or
-because it moves otherwise; a velocity-controlled joint hardly does the former. Five times makes
-predicted errors at places without a trial about as large as measured ones (2.7 and 3.8 mrad on two
-robots where 2.9 was measured; 8.5 on the first if the evidence is believed, 1.8 at thirty)."""
 
 EVALUATIONS = 2
 """Of the search in a model whose mean is linear, on top of that of the start.
@@ -57,9 +42,6 @@ EVALUATIONS = 2
 One brings the mean onto what is shown. More of them fit the gains to coefficients that few trials
 do not tell well enough for that: after three or four trials, four evaluations made arms swing
 (7 to 12 mrad off where it is 4 to 7 with two)."""
-
-_NOTHING = 1e-3
-"""Standard deviation of what is left of the squared exponential, by the noise's."""
 
 
 def adapt(
@@ -106,7 +88,7 @@ def adapt(
     known = settings.prior_mean == "identified"
     evaluations = EVALUATIONS if known else settings.screening_evaluations
     with one_blas_thread():
-        model = _model(task, settings, trials, tasks, last.hyperparameters)
+        model = model_elsewhere(task, settings, trials, tasks, last.hyperparameters)
         modelled = time.perf_counter()
         objective = expected_cost(task, settings, model, here, weighed[0])
         found = search_policy(
@@ -157,57 +139,6 @@ def carried_policy(
     layout = task.remembering(settings.command_history).state_layout
     states = layout.policy_view(layout.whole_states(reference, controls)[:-1])
     return policy.along(states, unsquash(controls, limit), limit)
-
-
-def _model(
-    task: Task,
-    settings: LearningSettings,
-    trials: Sequence[Rollout],
-    tasks: Sequence[Task],
-    hyperparameters: Hyperparameters,
-) -> DynamicsModel:
-    """Return what the trials elsewhere say of the robot here.
-
-    Its mean is what was identified, without anything else: see `_linear_alone`.
-    """
-    prior, linear = expected_dynamics(task, settings)
-    condition = partial(
-        condition_on_trials,
-        trials,
-        task.state_layout,
-        prior_mean=prior,
-        threads=settings.threads,
-        linear=linear,
-        repeated=(
-            None if hyperparameters.log_repeated is None else repeated_part(task, trials, tasks)
-        ),
-        max_exact_points=settings.model_points,
-    )
-    if prior is None:
-        return condition(hyperparameters)
-    farther = condition(_looking_farther(hyperparameters, task.state_layout))
-    return (
-        farther if linear is None else farther.expecting(condition(_linear_alone(hyperparameters)))
-    )
-
-
-def _linear_alone(hyperparameters: Hyperparameters) -> Hyperparameters:
-    """Return these for a model of what is linear and what repeats, and noise.
-
-    A squared exponential finds in trials of one motion what goes along with what there; with the
-    joints in other places it makes as much of it, and is wrong. Without it the coefficients are
-    near those of plain least squares (measured: predictions of a step at places without a trial
-    were off by 1.3 mrad instead of 2.2, and by 3.0 instead of 4.9 on joints whose gains are not 1).
-    """
-    nothing = hyperparameters.log_noise + np.log(_NOTHING)
-    return dataclasses.replace(hyperparameters, log_signal=nothing)
-
-
-def _looking_farther(hyperparameters: Hyperparameters, layout: StateLayout) -> Hyperparameters:
-    positions = np.array(layout.dynamics_inputs or ()) < layout.measured_size // 2
-    lengthscales: Array = hyperparameters.log_lengthscales.copy()
-    lengthscales[:, : len(positions)] += np.log(FARTHER) * positions
-    return dataclasses.replace(hyperparameters, log_lengthscales=lengthscales)
 
 
 def _told(
