@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -150,7 +150,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.document is not None:
         fill_tables(arguments.document, tables)
     if arguments.chapter == "baxter":
-        _draw(store, seeds, arguments)
+        _draw(store, seeds, names, arguments)
     return 0
 
 
@@ -178,15 +178,20 @@ def _check_names(chapter: str, names: Iterable[str]) -> None:
         )
 
 
-def _draw(store: ResultStore, seeds: Sequence[int], arguments: argparse.Namespace) -> None:
-    """Draw the figures of Baxter's chapter beside its tables, and beside the document."""
+def _draw(
+    store: ResultStore,
+    seeds: Sequence[int],
+    experiments: Collection[str],
+    arguments: argparse.Namespace,
+) -> None:
+    """Draw the figures of these experiments beside the tables, and beside the document."""
     from irlpilco_ros.studies.baxter.figures import write_figures
 
     folders = [store.folder / "figures"]
     if arguments.document is not None:
         folders.append(arguments.document.parent / "figures")
     for folder in folders:
-        for figure in write_figures(store, seeds, folder, arguments.cart_pole):
+        for figure in write_figures(store, seeds, folder, arguments.cart_pole, experiments):
             print(f"figure: {figure}")
 
 

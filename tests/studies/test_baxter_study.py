@@ -99,9 +99,14 @@ def test_tables_and_figures_of_what_is_there(learned, tmp_path, capsys):
     assert cli.main([*words, "--seeds", "1", "--tables-only"]) == 0
     assert "| default | " in capsys.readouterr().out
     assert "1 of 3 runs." in (tmp_path / "tables.md").read_text()
-    figures = write_figures(store, range(1), tmp_path / "figures", tmp_path / "cart_pole")
+    figures = write_figures(
+        store, range(1), tmp_path / "figures", tmp_path / "cart_pole", EXPERIMENTS
+    )
     assert [path.name for path in figures] == ["robot_time.svg"]
     assert "joint error, RMS [rad]" in figures[0].read_text()
+    # A document's figures of other parts stay as they are, whatever there is of them here.
+    others = write_figures(store, range(1), tmp_path / "others", tmp_path, ["motion", "places"])
+    assert not others
 
 
 def sixteen_rows(learned):
@@ -136,7 +141,7 @@ def test_figures_and_table_of_the_thesis(learned, tmp_path, capsys):
 def test_without_a_cart_pole_its_panel_says_so(learned, tmp_path):
     store = ResultStore(tmp_path)
     store.write(reproduce.thesis_job("feature_matching", 0), learned)
-    write_figures(store, range(1), tmp_path / "figures", tmp_path / "nowhere")
+    write_figures(store, range(1), tmp_path / "figures", tmp_path / "nowhere", EXPERIMENTS)
     assert (tmp_path / "figures/methods.svg").read_text().count("not measured") == 2
 
 

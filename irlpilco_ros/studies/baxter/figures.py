@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from irlpilco_ros.report import style
 from irlpilco_ros.report.svg import to_svg
-from irlpilco_ros.studies.baxter import headline
+from irlpilco_ros.studies.baxter import headline, motion_bench, places, reproduce
 from irlpilco_ros.studies.baxter.curves import median_and_range, over_iterations
 from irlpilco_ros.studies.baxter.learning_run import TRIAL_SECONDS
 from irlpilco_ros.studies.baxter.motion_figure import motion_figure
@@ -26,7 +26,11 @@ from irlpilco_ros.studies.tables import by_condition
 
 
 def write_figures(
-    store: ResultStore, seeds: Sequence[int], folder: Path, cart_pole: Path
+    store: ResultStore,
+    seeds: Sequence[int],
+    folder: Path,
+    cart_pole: Path,
+    experiments: Collection[str],
 ) -> list[Path]:
     """Draw what there are results for; returns the files.
 
@@ -36,20 +40,23 @@ def write_figures(
         folder: Where the figures go.
         cart_pole: Folder of the cart-pole chapter, whose curves stand beside the Baxter's; may be
             missing.
+        experiments: Only figures of these are drawn.
     """
-    makers = {
-        "robot_time": partial(robot_time_figure, store, seeds),
-        "motion": partial(motion_figure, store, seeds),
-        "places": partial(places_figure, store, seeds),
-        "methods": partial(methods_figure, store, seeds, cart_pole),
-        "left_w2_thesis": partial(left_w2_figure, store, seeds, "thesis"),
-        "left_w2_default": partial(left_w2_figure, store, seeds, "default"),
-        "joints_thesis": partial(all_joints_figure, store, seeds, "thesis"),
-        "joints_default": partial(all_joints_figure, store, seeds, "default"),
+    makers: dict[str, tuple[str, Callable[[], Figure | None]]] = {
+        "robot_time": (headline.EXPERIMENT, partial(robot_time_figure, store, seeds)),
+        "motion": (motion_bench.EXPERIMENT, partial(motion_figure, store, seeds)),
+        "places": (places.EXPERIMENT, partial(places_figure, store, seeds)),
+        "methods": (reproduce.EXPERIMENT, partial(methods_figure, store, seeds, cart_pole)),
     }
+    for settings in ("thesis", "default"):
+        for name, figure_of in (("left_w2", left_w2_figure), ("joints", all_joints_figure)):
+            makers[f"{name}_{settings}"] = (
+                reproduce.EXPERIMENT,
+                partial(figure_of, store, seeds, settings),
+            )
     written = []
-    for name, maker in makers.items():
-        figure = maker()
+    for name, (experiment, maker) in makers.items():
+        figure = maker() if experiment in experiments else None
         if figure is not None:
             folder.mkdir(parents=True, exist_ok=True)
             path = folder / f"{name}.svg"
