@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from irlpilco_ros.report import style
 from irlpilco_ros.report.run_summary import RunSummary
@@ -132,7 +132,5 @@ def _wide_scale(axes: Axes, values: list[float]) -> None:
     if not finite or max(finite) < WIDE * min(finite):
         axes.set_ylim(bottom=0.0)
         return
-    axes.set_yscale("log")
+    style.log_scale(axes)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())

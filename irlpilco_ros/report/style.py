@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 INK = "#222222"
 FAINT = "#767676"
@@ -78,6 +79,13 @@ def look() -> AbstractContextManager[None]:
 def pretty(joint: str) -> str:
     """Return a joint's name as one would write it: "left_s0" becomes "left s0"."""
     return joint.replace("_", " ")
+
+
+def log_scale(axes: Axes) -> None:
+    """Draw y by its logarithm, told in plain numbers: powers would be formulas, which are off."""
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def blank(axes: Axes) -> None:

@@ -136,6 +136,7 @@ def test_figures_and_table_of_the_thesis(learned, tmp_path, capsys):
     assert methods.count("feature matching, 2 seeds") == 2
     assert methods.count("feature matching, 1 seed<") == 1
     assert "not measured" not in methods
+    assert "mathdefault" not in methods  # a power of ten that nobody set
 
 
 def test_without_a_cart_pole_its_panel_says_so(learned, tmp_path):

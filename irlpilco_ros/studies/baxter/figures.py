@@ -81,7 +81,7 @@ def robot_time_figure(store: ResultStore, seeds: Sequence[int]) -> Figure | None
             axes.axhline(replay, label="replay, median", **style.REPLAY)
             axes.set_title(condition.replace("_", " "))
             axes.set_xlabel("robot time [s]")
-            axes.set_yscale("log")
+            style.log_scale(axes)
             axes.legend(loc="upper right")
         panels[0].set_ylabel("joint error, RMS [rad]")
     return figure

@@ -37,7 +37,7 @@ def motion_figure(store: ResultStore, seeds: Sequence[int]) -> Figure | None:
                 median_and_range(axes, trials, errors, label, number)
             axes.set_title(robot.replace("_", " and "))
             axes.set_xlabel("iteration k")
-            axes.set_yscale("log")
+            style.log_scale(axes)
             axes.legend(loc="upper right")
         panels[0].set_ylabel("error of the path, RMS [rad]")
     return figure

@@ -64,7 +64,7 @@ def _errors(axes: Axes, title: str, errors: Mapping[str, Array], quantity: str) 
         label = f"{method.replace('_', ' ')}, {_count(len(values))}"
         places = np.arange(values.shape[1], dtype=float)
         median_and_range(axes, places, values, label, reproduce.METHODS.index(method))
-    axes.set_yscale("log")
+    style.log_scale(axes)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.08), handlelength=4.0)
 
 

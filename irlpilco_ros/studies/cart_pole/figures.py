@@ -103,7 +103,7 @@ def errors_figure(errors: Mapping[str, Sequence[Sequence[float]]]) -> Figure:
                 linewidth=2.2,
                 label=method,
             )
-        axes.set_yscale("log")
+        style.log_scale(axes)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("iteration")
         axes.set_ylabel("error (6.1)")
