@@ -103,6 +103,7 @@ LEARNING = (
     "measured_band",
     "second_search",
     "conclusion",
+    "inferred_steps",
     "learn",
     "elsewhere",
     "adapt",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -15,9 +16,11 @@ from irlpilco_ros.learning.conclusion import concluded
 from irlpilco_ros.learning.costs import Cost
 from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.gp.hyperprior import HyperpriorName
+from irlpilco_ros.learning.gp.kernel import Hyperparameters
 from irlpilco_ros.learning.gp.linear_part import LinearPart
 from irlpilco_ros.learning.gp.repeated_part import RepeatedPart
 from irlpilco_ros.learning.imitation import Imitation
+from irlpilco_ros.learning.inferred_steps import ROUNDS, with_inferred_steps
 from irlpilco_ros.learning.iteration import Iteration, Progress
 from irlpilco_ros.learning.judgement import cost_of_trial
 from irlpilco_ros.learning.lag import with_known_history
@@ -31,14 +34,19 @@ from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
 from irlpilco_ros.learning.prediction.objective import Objective
 from irlpilco_ros.learning.prediction.prior_mean import servo_part, velocity_mean
-from irlpilco_ros.learning.prediction.trial_data import train_on_trials, what_repeats
+from irlpilco_ros.learning.prediction.trial_data import Steps, train_on_trials, what_repeats
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.search.beginning_first import search_beginning_first, total_evaluations
 from irlpilco_ros.learning.search.horizon_curriculum import HorizonCurriculum
 from irlpilco_ros.learning.search.policy_search import SearchResult, search_policy
 from irlpilco_ros.learning.search.second_start import most_evaluations, search_with_second_start
 from irlpilco_ros.learning.second_search import search_twice_if_needed
-from irlpilco_ros.learning.starts.initial_policy import initial_policy, random_policy, zero_policy
+from irlpilco_ros.learning.starts.initial_policy import (
+    initial_policy,
+    policy_limit,
+    random_policy,
+    zero_policy,
+)
 from irlpilco_ros.learning.starts.inverse_policy import inverse_policy
 from irlpilco_ros.learning.starts.random_start import random_start
 from irlpilco_ros.learning.task import Task
@@ -234,18 +242,29 @@ def _train_model(
     report: _Reporter,
 ) -> DynamicsModel:
     prior, linear = expected_dynamics(task, settings)
-    return train_on_trials(
-        trials,
-        task.state_layout,
-        prior,
-        previous.hyperparameters if previous is not None else None,
-        settings.threads,
-        report.model,
-        cast(HyperpriorName, settings.hyperprior),
-        linear,
-        repeated_part(task, trials, tasks) if settings.repeating_errors else None,
-        settings.model_points,
-    )
+    infer = settings.infer_commands and bool(task.demonstrations)
+    begun = itertools.count()
+
+    def train(more: Steps | None, known: Hyperparameters | None) -> DynamicsModel:
+        report.training(next(begun), 1 + ROUNDS if infer else 1)
+        return train_on_trials(
+            trials,
+            task.state_layout,
+            prior,
+            known,
+            settings.threads,
+            report.model,
+            cast(HyperpriorName, settings.hyperprior),
+            linear,
+            repeated_part(task, trials, tasks) if settings.repeating_errors else None,
+            settings.model_points,
+            more,
+        )
+
+    model = train(None, previous.hyperparameters if previous is not None else None)
+    if infer:
+        return with_inferred_steps(task, policy_limit(task, settings), model, train)
+    return model
 
 
 def repeated_part(
@@ -370,8 +389,13 @@ class _Reporter:
         else:
             tries = len(dict.fromkeys(settings.starts)) + settings.horizon_stages - 2
             self._evaluations = settings.evaluations + settings.screening_evaluations * tries
+        self._training, self._trainings = 0, 1
         self._search, self._searches = 0, 1
         self._reached = 0.0
+
+    def training(self, number: int, trainings: int) -> None:
+        """The model is trained, once of several times."""
+        self._training, self._trainings = number, trainings
 
     def search(self, number: int, searches: int) -> None:
         """One search begins, of several that follow each other."""
@@ -379,9 +403,8 @@ class _Reporter:
 
     def model(self, fraction: float) -> None:
         if self._progress is not None:
-            self._progress(
-                Progress("model", self.MODEL_PART * fraction, math.nan, 0, "training the model")
-            )
+            done = self.MODEL_PART * (self._training + fraction) / self._trainings
+            self._progress(Progress("model", done, math.nan, 0, "training the model"))
 
     def policy(self, cost: float, evaluations: int) -> None:
         if self._progress is None:

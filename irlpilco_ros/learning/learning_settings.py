@@ -8,6 +8,7 @@ from typing import Any
 
 from irlpilco_ros.learning import imitation as imitations
 from irlpilco_ros.learning import policies
+from irlpilco_ros.learning.errors import InvalidSettingError
 from irlpilco_ros.learning.registry import Extension
 from irlpilco_ros.learning.settings import check, extension_settings, options_of, setting
 
@@ -55,6 +56,12 @@ class LearningSettings:
         False,
         "Whether the dynamics model also learns what happens at the same time of every trial, "
         "whatever the state is, as iterative learning control does.",
+    )
+    infer_commands: bool = setting(
+        False,
+        "Whether the dynamics model also learns from the demonstrations, whose commands it infers "
+        "where the trials tell them. For demonstrations that the robot's own dynamics allow, such "
+        "as a swing-up that somebody else steered; not for arms that were led by hand.",
     )
     model_points: int = setting(
         300,
@@ -198,6 +205,12 @@ class LearningSettings:
 
     def __post_init__(self) -> None:
         check(self)
+        if self.infer_commands and (self.command_history or self.repeating_errors):
+            raise InvalidSettingError(
+                "infer_commands is true, which cannot be together with command_history or "
+                "repeating_errors: what was commanded before, and what repeats in trials, is not "
+                "known of a demonstration; set command_history: 0 and repeating_errors: false"
+            )
 
     def options_of(self, extension: type[Extension]) -> Any:
         """Return the `Settings` of an extension, such as a kind of policy or a way of imitating."""

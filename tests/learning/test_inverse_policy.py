@@ -2,46 +2,25 @@
 
 import numpy as np
 import pytest
+from driven_cart import LIMIT, A, B, random_trials, shown, task_of
 
-from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.learning_settings import LearningSettings
 from irlpilco_ros.learning.prediction.trial_data import train_on_trials
-from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.starts.initial_policy import zero_policy
 from irlpilco_ros.learning.starts.inverse_policy import inverse_policy, regulator, slopes_along
-from irlpilco_ros.learning.task import Task
-
-DT = 0.1
-LIMIT = np.array([4.0])
-JOINTS = Joints(("cart", "flag"), unactuated=("flag",))
-# A mass with a weak spring that drives away from 0, and a flag that follows it.
-A = np.eye(4) + DT * np.array(
-    [[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [2.0, 0.0, -0.1, 0.0], [1.0, -1.0, 0.0, -1.0]]
-)
-B = DT * np.array([[0.0], [0.0], [2.0], [0.0]])
-
-
-def run(controls, start):
-    states = [np.asarray(start, dtype=float)]
-    for control in controls:
-        states.append(A @ states[-1] + B @ control)
-    return Rollout(np.array(states), controls)
 
 
 @pytest.fixture(scope="module")
 def problem():
-    rng = np.random.default_rng(0)
-    shown = run(2.0 * np.sin(0.6 * np.arange(12.0))[:, None], np.zeros(4))
-    task = Task((Rollout(shown.states, np.full((12, 1), np.nan)),), DT, LIMIT)
-    trials = [run(rng.uniform(-4.0, 4.0, (12, 1)), 0.3 * rng.standard_normal(4)) for _ in range(6)]
-    model = train_on_trials(trials, task.state_layout, None, None, 1)
-    return task, model, shown
+    task = task_of(shown().states)
+    model = train_on_trials(random_trials(6), task.state_layout, None, None, 1)
+    return task, model, shown()
 
 
 def test_the_controls_of_the_demonstration_are_found_again(problem):
-    task, model, shown = problem
+    task, model, demonstrated = problem
     slopes = slopes_along(task, model, LIMIT)
-    np.testing.assert_allclose(slopes.controls, shown.controls, atol=0.02)
+    np.testing.assert_allclose(slopes.controls, demonstrated.controls, atol=0.02)
     np.testing.assert_allclose(slopes.by_state, np.broadcast_to(A, (12, 4, 4)), atol=0.02)
     np.testing.assert_allclose(slopes.by_control, np.broadcast_to(B, (12, 4, 1)), atol=0.02)
 
@@ -53,9 +32,9 @@ def test_controls_stay_within_the_limit(problem):
 
 
 def test_the_regulator_brings_the_robot_back(problem):
-    task, model, shown = problem
+    task, model, demonstrated = problem
     slopes = slopes_along(task, model, LIMIT)
-    gains = regulator(slopes, np.maximum(shown.states.std(axis=0), 1e-3), LIMIT)
+    gains = regulator(slopes, np.maximum(demonstrated.states.std(axis=0), 1e-3), LIMIT)
     off = np.array([0.05, 0.0, 0.0, 0.0])
     left_alone, brought_back = off, off
     for gain in gains:
@@ -66,14 +45,17 @@ def test_the_regulator_brings_the_robot_back(problem):
 
 @pytest.mark.parametrize("kind", ["rbf", "linear", "linear_phase"])
 def test_the_policy_goes_the_demonstration_s_way(problem, kind):
-    task, model, shown = problem
+    task, model, demonstrated = problem
     settings = LearningSettings(policy=kind, options={"rbf.count": 12}, prior_mean="zero")
     policy = inverse_policy(task, settings, model)
     assert policy.kind == kind
     np.testing.assert_array_equal(policy.control_limit, LIMIT)
-    states = shown.states[:-1]
+    states = demonstrated.states[:-1]
     told = np.array([policy.act(state, t) for t, state in enumerate(states)])
     zero = zero_policy(task, settings)
     idle = np.array([zero.act(state, t) for t, state in enumerate(states)])
-    error, nothing = np.abs(told - shown.controls).mean(), np.abs(idle - shown.controls).mean()
+    error, nothing = (
+        np.abs(told - demonstrated.controls).mean(),
+        np.abs(idle - demonstrated.controls).mean(),
+    )
     assert error < (0.9 if kind == "linear" else 0.35) * nothing

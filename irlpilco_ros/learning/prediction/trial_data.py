@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +23,19 @@ _FEW_TRIALS = 3
 """Up to these a cold search beside the warm one often finds more evidence; later none did."""
 
 
+@dataclass(frozen=True)
+class Steps:
+    """Steps of a robot that are no trial's.
+
+    Attributes:
+        inputs: What the dynamics model sees of the states, and the controls, shape (m, P).
+        targets: What it is to predict, shape (m, E).
+    """
+
+    inputs: Array
+    targets: Array
+
+
 def train_on_trials(
     trials: Sequence[Rollout],
     layout: StateLayout,
@@ -33,6 +47,7 @@ def train_on_trials(
     linear: LinearPart | None = None,
     repeated: RepeatedPart | None = None,
     max_exact_points: int = MAX_EXACT_POINTS,
+    more: Steps | None = None,
 ) -> DynamicsModel:
     """Return the dynamics model of all trials (thesis (2.17)), by evidence maximisation.
 
@@ -47,9 +62,14 @@ def train_on_trials(
         linear: Part of the dynamics that is linear, with coefficients to be identified.
         repeated: Of `what_repeats`, if that is to be identified.
         max_exact_points: As in `DynamicsModel.train`.
+        more: Steps besides those of the trials, where nothing repeats.
     """
+    inputs, targets = _pairs(trials, layout)
+    if more is not None:
+        inputs, targets = np.vstack([inputs, more.inputs]), np.vstack([targets, more.targets])
     return DynamicsModel.train(
-        *_pairs(trials, layout),
+        inputs,
+        targets,
         prior_mean=prior_mean,
         warm_start=warm_start,
         threads=threads,

@@ -17,13 +17,12 @@ from irlpilco_ros.learning.moments.gaussian import Gaussian
 from irlpilco_ros.learning.numerics.arrays import Array
 from irlpilco_ros.learning.policies import Policy
 from irlpilco_ros.learning.prediction.dynamics_model import DynamicsModel
+from irlpilco_ros.learning.prediction.inverse_step import inverse_step
 from irlpilco_ros.learning.prediction.known_part import KnownPart
 from irlpilco_ros.learning.prediction.model_input import extended_state
 from irlpilco_ros.learning.starts.initial_policy import fit_policy, policy_limit
 from irlpilco_ros.learning.task import Task
 
-_STEPS = 8  # of Gauss-Newton; controls enter most dynamics almost linearly
-_DAMPING = 1e-3  # relative: keeps a control that the model knows no effect of near zero
 _NEIGHBOURS = 12  # states around each of the demonstration's that the policy is fitted at
 _SPREAD = 0.1  # of them, relative to how far each state moves in the demonstration
 _ROOT_CONTROL_WEIGHT = 3.0  # a control at its limit against a state as far off as it ever moves
@@ -69,8 +68,7 @@ def slopes_along(task: Task, model: DynamicsModel, limit: Array) -> Slopes:
     """Return the controls whose predicted steps come nearest to the demonstration's, and slopes.
 
     Minimises, at every step t, the squared distance between the predicted and the demonstrated
-    change of the state, each state measured by how much it changes over the demonstration, with
-    the model's Jacobian by the control.
+    change of the state, each state measured by how much it changes over the demonstration.
 
     Args:
         task: Its demonstration x[0..H].
@@ -82,22 +80,13 @@ def slopes_along(task: Task, model: DynamicsModel, limit: Array) -> Slopes:
     targets = layout.targets(task.reference_states())
     scale = np.maximum(targets.std(axis=0), 1e-9)
     known = list(layout.dynamics_inputs or ())
-    certain = np.zeros((len(known) + len(limit),) * 2)
     controls, by_state, by_control = [], [], []
     for t, (state, target) in enumerate(zip(states[:-1], targets, strict=True)):
         certainly = Gaussian(state, np.zeros((len(state),) * 2))
         extended, _ = extended_state(certainly, layout)
-        control = np.zeros(len(limit))
-        for _ in range(_STEPS):
-            seen = np.concatenate([extended.mean[known], control])
-            moments, _ = model.predict(seen, certain, gradient=False, step=t)
-            slope = moments.jacobian[:, len(known) :] / scale[:, None] * limit
-            missing = (target - moments.mean) / scale
-            curvature = slope.T @ slope
-            curvature += _DAMPING * (np.trace(curvature) + 1e-9) * np.eye(len(limit))
-            step = limit * np.linalg.solve(curvature, slope.T @ missing)
-            control = np.clip(control + step, -limit, limit)
-        controls.append(control)
+        found = inverse_step(model, extended.mean[known], target, limit, t, scale)
+        controls.append(found.control)
+        moments = found.moments
         inner = moments.jacobian[:, : len(known)] @ extended.jacobian[known]
         following = known_part.matrix.copy()
         following[known_part.learned, : len(state)] += inner
