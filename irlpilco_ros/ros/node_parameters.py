@@ -32,6 +32,7 @@ NODE_PARAMETERS = (
     "horizon_stages",
     "hyperprior",
     "imitation",
+    "infer_commands",
     "initial_policy",
     "initial_scale",
     "joint_states_topic",
