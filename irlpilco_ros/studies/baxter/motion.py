@@ -48,9 +48,6 @@ class Rate:
 OTHER_RATES = {"0.5": Rate(0.5), "0.1": Rate(0.1), "0.1_200": Rate(0.1, 200)}
 """The other rates by their conditions: the fastest also with a cheaper model."""
 
-OTHER_SEEDS = 3
-"""Number of seeds at other rates: the fastest takes minutes for each."""
-
 
 def jobs(seeds: Sequence[int]) -> list[Job]:
     """Return all jobs: of learning first, then of what stands beside it."""
@@ -69,8 +66,8 @@ def control_period_jobs(seeds: Sequence[int]) -> list[Job]:
     usual = [motion_job("default", seed) for seed in seeds]
     others = [
         _job(CONTROL_PERIOD, condition, "default", seed, rate, ITERATIONS)
+        for seed in seeds
         for condition, rate in OTHER_RATES.items()
-        for seed in seeds[:OTHER_SEEDS]
     ]
     return usual + others
 
