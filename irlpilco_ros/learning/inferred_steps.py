@@ -24,7 +24,7 @@ from irlpilco_ros.learning.task import Task
 ROUNDS = 2
 """How often commands are inferred: the first ones tell more about the others.
 
-On eight seeds of the cart-pole the first trial that held was number 2.9 with one round in the mean,
+On eight seeds of the cart-pole the pole was first held in iteration 2.9 in the mean with one round,
 2.5 with two and 2.4 with three; 3.5 if only commands counted that were certain to a tenth of their
 limit, and 4.6 without any."""
 
