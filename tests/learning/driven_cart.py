@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from irlpilco_ros.learning.joints import Joints
 from irlpilco_ros.learning.rollout import Rollout
 from irlpilco_ros.learning.task import Task
 
 DT = 0.1
 STEPS = 12
 LIMIT = np.array([4.0])
-JOINTS = Joints(("cart", "flag"), unactuated=("flag",))
 A = np.eye(4) + DT * np.array(
     [[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [2.0, 0.0, -0.1, 0.0], [1.0, -1.0, 0.0, -1.0]]
 )
