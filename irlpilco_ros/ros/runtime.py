@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from types import FrameType
 
 import rclpy
 from rclpy.exceptions import (
@@ -28,6 +26,7 @@ from rclpy.node import Node
 from irlpilco_ros.learning.errors import IrlPilcoError
 from irlpilco_ros.ros import discovery
 from irlpilco_ros.ros.context import RosStartError, begin
+from irlpilco_ros.ros.ending import Ending
 
 GRACE = 0.1
 """How long callbacks go on after wind_down() [s]."""
@@ -59,8 +58,8 @@ def run_node(
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
         reason is on stderr then.
     """
-    stop = threading.Event()
-    _on_signals(stop)
+    ending = Ending()
+    ending.take_signals()
     try:
         # rclpy's own handlers would end the context before shutdown() could publish anything.
         narrowed = begin(argv)
@@ -75,7 +74,7 @@ def run_node(
         return 1
     _greet(node, narrowed)
     try:
-        succeeded = _spin_until(stop, node, executor_threads)
+        succeeded = _spin_until(ending, node, executor_threads)
     finally:
         shutdown = getattr(node, "shutdown", None)
         if shutdown is not None:
@@ -94,16 +93,9 @@ def _greet(node: Node, narrowed: bool) -> None:
         node.get_logger().warning(danger)
 
 
-def _on_signals(stop: threading.Event) -> None:
-    def handle(_number: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    signal.signal(signal.SIGINT, handle)
-    signal.signal(signal.SIGTERM, handle)
-
-
-def _spin_until(stop: threading.Event, node: Node, threads: int) -> bool:
+def _spin_until(ending: Ending, node: Node, threads: int) -> bool:
     """Spin in a thread, so that the main thread takes signals at once; True if all went well."""
+    stop = threading.Event()
     executor: Executor = (
         SingleThreadedExecutor() if threads == 1 else MultiThreadedExecutor(num_threads=threads)
     )
@@ -120,13 +112,12 @@ def _spin_until(stop: threading.Event, node: Node, threads: int) -> bool:
         except BaseException as error:
             failures.append(error)
         finally:
-            stop.set()
+            ending.ask()
 
     spinner = threading.Thread(target=spin, name="executor")
     spinner.start()
-    # Python may take a signal that comes right before a wait only after it.
-    while not stop.wait(0.5):
-        pass
+    ending.wait()
+    stop.set()
     executor.wake()
     spinner.join()
     executor.shutdown(timeout_sec=5.0)
