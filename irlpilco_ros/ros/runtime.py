@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import sys
 import threading
@@ -31,6 +32,9 @@ from irlpilco_ros.ros.ending import Ending
 GRACE = 0.1
 """How long callbacks go on after wind_down() [s]."""
 
+LEAVING = 10.0
+"""How long the middleware may take to let a node go [s]; some hundredths are usual."""
+
 _BAD_START = (
     IrlPilcoError,
     InvalidParameterTypeException,
@@ -56,7 +60,8 @@ def run_node(
 
     Returns:
         Exit code: 0 after a signal, 1 if the node could not be made or a callback failed; the
-        reason is on stderr then.
+        reason is on stderr then. A middleware that does not let the node go ends the process with
+        1 after LEAVING, and where it was is on stderr.
     """
     ending = Ending()
     ending.take_signals()
@@ -79,8 +84,7 @@ def run_node(
         shutdown = getattr(node, "shutdown", None)
         if shutdown is not None:
             shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown()
+        _leave(node)
     return 0 if succeeded else 1
 
 
@@ -91,6 +95,19 @@ def _greet(node: Node, narrowed: bool) -> None:
         node.get_logger().info(discovery.NARROWED)
     if danger := discovery.warning(os.environ):
         node.get_logger().warning(danger)
+
+
+def _leave(node: Node) -> None:
+    """Leave the middleware; the process ends, whatever that does.
+
+    When all nodes of a computer end at once, Fast DDS was seen to go round in destroy_node() for
+    ever, about once in a thousand times, and with Python's lock held: no thread of Python could
+    end it. All that counts is said and done by now.
+    """
+    faulthandler.dump_traceback_later(LEAVING, exit=True)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    faulthandler.cancel_dump_traceback_later()
 
 
 def _spin_until(ending: Ending, node: Node, threads: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import time
@@ -58,6 +59,33 @@ def test_a_failing_callback_ends_the_node_with_1_but_still_in_good_order(ros):
     assert process.wait() == 1
     ros.wait_for(lambda: words.messages, "the last words")
     assert "a fault in a callback" in process.output
+
+
+STUCK = """
+import sys
+from irlpilco_ros.ros import runtime
+from minimal_node import MinimalNode
+
+class Stuck(MinimalNode):
+    def destroy_node(self):
+        sys.setswitchinterval(1e6)  # no other thread of Python gets a turn
+        while True:
+            pass
+
+runtime.LEAVING = 1.0
+sys.exit(runtime.run_node(Stuck))
+"""
+
+
+def test_a_middleware_that_does_not_let_go_does_not_keep_the_process(ros):
+    ros.environment["PYTHONPATH"] += os.pathsep + str(Path(MINIMAL).parent)
+    process = ros.run([sys.executable, "-c", STUCK])
+    process.expected_code = 1
+    ros.wait_for_node("minimal", process)
+    words = listen_to_last_words(ros)
+    assert process.stop() == 1
+    assert "in destroy_node" in process.output
+    ros.wait_for(lambda: words.messages, "the last words, all the same")
 
 
 def test_a_bad_setting_at_the_start_is_one_line_on_stderr(ros):
