@@ -1,4 +1,4 @@
-"""Policy search for a given cost with a second start, for when the first one leads nowhere."""
+"""Policy search for a given cost with a second start: the first may lead nowhere, or astray."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from irlpilco_ros.learning.search.policy_search import SearchResult, search_poli
 
 _GETTING_THERE = 0.43  # of a trial: too short for anything but the straightest way
 _THERE = 0.25  # of what the start costs; a state that costs less is about where it should be
+_CLEARLY = 0.9  # of what a policy costs that stays: worth another one that was never tried
+_NOTHING = 0.95  # of what staying at the start costs: what costs more gains nothing
 
 
 def most_evaluations(evaluations: int) -> int:
@@ -33,14 +35,19 @@ def search_with_second_start(
     evaluations: int,
     progress: SearchProgress | None = None,
 ) -> SearchResult:
-    """Search on from the last policy, or from another one if only that gets there.
+    """Search on from the last policy, or from another one if that gets there, and better.
 
-    A last policy that is expected to come to where it should be, and in time, is improved over the
-    whole trial. Otherwise it is searched as `search_beginning_first` does, and the other one too,
-    but first over a beginning so short that only the straightest way is worth anything. The other
-    one takes its place if it is cheaper over the longer beginning, and is where it should be at its
-    end: a policy that is not has nothing to do there, and robots that try it go anywhere. What
-    newly stays is searched for as long again: it has learned to come, not yet to stay still.
+    Each is searched over the beginning of a trial first, as `search_beginning_first` does; the
+    other one, before that, over a beginning so short that only the straightest way is worth
+    anything. A last policy that is expected to come to where it should be, in time, and to stay
+    has no need of that, but may have come by a detour: the other one is tried against it all the
+    same, and has to be clearly cheaper.
+
+    The other one takes its place if it is cheaper over the longer beginning, and is where it should
+    be at its end: a policy that is not has nothing to do there, and robots that try it go anywhere.
+    That is still better than a last one that is not expected to gain anything over staying where
+    trials start: it would do so for ever, for such trials teach nothing. What newly stays is
+    searched for as long again: it has learned to come, not yet to stay still.
 
     Args:
         objective: J(theta) over the whole trial; a sum over its states.
@@ -53,30 +60,35 @@ def search_with_second_start(
         NumericalError: if no finite prediction can be made.
     """
     last, other = starts
-    if _stays(objective, last):
-        return search_policy(objective, [last], optimiser, evaluations, progress)
+    stays = _stays(objective, last)
     first = total_evaluations(evaluations) - evaluations
     straight = _until(objective, _GETTING_THERE)
     longer = _until(objective, BEGINNING)
     count = 0
 
-    def tell(cost: float, more: int) -> None:
-        if progress is not None:
-            progress(cost, count + more)
+    def search(over: Objective, policy: Policy, most: int) -> SearchResult:
+        nonlocal count
+        before = count
 
-    found = search_policy(straight, [other], optimiser, first, tell)
-    count += found.evaluations
-    found = search_policy(longer, [found.policy], optimiser, first, tell)
-    count += found.evaluations
-    own = search_policy(longer, [last], optimiser, first, tell)
-    count += own.evaluations
-    better = found.cost < own.cost and _is_there(longer, found.policy, longer.horizon)
-    chosen = found.policy if better else own.policy
-    whole = search_policy(objective, [chosen], optimiser, evaluations, tell)
-    count += whole.evaluations
-    if _stays(objective, whole.policy):
-        whole = search_policy(objective, [whole.policy], optimiser, evaluations, tell)
-        count += whole.evaluations
+        def tell(cost: float, more: int) -> None:
+            if progress is not None:
+                progress(cost, before + more)
+
+        found = search_policy(over, [policy], optimiser, most, tell)
+        count += found.evaluations
+        return found
+
+    found = search(longer, search(straight, other, first).policy, first)
+    if stays:
+        own, limit = last, _CLEARLY * longer.evaluate(last, gradient=False).value
+    else:
+        searched = search(longer, last, first)
+        own, limit = searched.policy, searched.cost
+    worthy = _is_there(longer, found.policy, longer.horizon) or _gains_nothing(longer, own)
+    is_other = found.cost < limit and worthy
+    whole = search(objective, found.policy if is_other else own, evaluations)
+    if (is_other or not stays) and _stays(objective, whole.policy):
+        whole = search(objective, whole.policy, evaluations)
     return dataclasses.replace(whole, evaluations=count)
 
 
@@ -91,13 +103,23 @@ def _stays(objective: Objective, policy: Policy) -> bool:
 
 def _is_there(objective: Objective, policy: Policy, first: int) -> bool:
     """Say whether all states from a step on cost much less than the start."""
+    costs = _costs(objective, policy)
+    return max(costs[first:]) <= _THERE * costs[0]
+
+
+def _gains_nothing(objective: Objective, policy: Policy) -> bool:
+    """Say whether a policy is expected to cost as much as staying where trials start."""
+    costs = _costs(objective, policy)
+    return sum(costs[1:]) > _NOTHING * costs[0] * objective.horizon
+
+
+def _costs(objective: Objective, policy: Policy) -> list[float]:
+    """Return what each state of a policy's trajectory is expected to cost, the start's first."""
     trajectory = objective.evaluate(policy, gradient=False).trajectory
     means, covariances = trajectory.means, trajectory.covariances
 
-    def cost_of(step: int) -> float:
-        """Return what a state costs: a trajectory of two states costs what the second does."""
+    def cost_of(step: int) -> float:  # a trajectory of two states costs what the second does
         picked = np.array([step, step])
         return objective.cost.evaluate(means[picked], covariances[picked]).value
 
-    dearest = max(cost_of(step) for step in range(first, len(means)))
-    return dearest <= _THERE * cost_of(0)
+    return [cost_of(step) for step in range(len(means))]
