@@ -60,36 +60,43 @@ def search_with_second_start(
         NumericalError: if no finite prediction can be made.
     """
     last, other = starts
-    stays = _stays(objective, last)
+    searches = _Searches(optimiser, progress)
     first = total_evaluations(evaluations) - evaluations
-    straight = _until(objective, _GETTING_THERE)
     longer = _until(objective, BEGINNING)
-    count = 0
+    straight = searches.run(_until(objective, _GETTING_THERE), other, first)
+    found = searches.run(longer, straight.policy, first)
+    stays = _stays(objective, last)
+    own = last if stays else searches.run(longer, last, first).policy
+    limit = longer.evaluate(own, gradient=False).value * (_CLEARLY if stays else 1.0)
+    worthy = _is_there(longer, found.policy, longer.horizon) or _gains_nothing(longer, own)
+    is_new = found.cost < limit and worthy
+    whole = searches.run(objective, found.policy if is_new else own, evaluations)
+    if (is_new or not stays) and _stays(objective, whole.policy):
+        whole = searches.run(objective, whole.policy, evaluations)
+    return dataclasses.replace(whole, evaluations=searches.evaluations)
 
-    def search(over: Objective, policy: Policy, most: int) -> SearchResult:
-        nonlocal count
-        before = count
 
-        def tell(cost: float, more: int) -> None:
-            if progress is not None:
-                progress(cost, before + more)
+class _Searches:
+    """Searches one after the other.
 
-        found = search_policy(over, [policy], optimiser, most, tell)
-        count += found.evaluations
+    Attributes:
+        evaluations: Of all of them so far.
+    """
+
+    def __init__(self, optimiser: str, progress: SearchProgress | None) -> None:
+        self.evaluations = 0
+        self._optimiser = optimiser
+        self._progress = progress
+
+    def run(self, objective: Objective, policy: Policy, evaluations: int) -> SearchResult:
+        """Search on from a policy."""
+        found = search_policy(objective, [policy], self._optimiser, evaluations, self._tell)
+        self.evaluations += found.evaluations
         return found
 
-    found = search(longer, search(straight, other, first).policy, first)
-    if stays:
-        own, limit = last, _CLEARLY * longer.evaluate(last, gradient=False).value
-    else:
-        searched = search(longer, last, first)
-        own, limit = searched.policy, searched.cost
-    worthy = _is_there(longer, found.policy, longer.horizon) or _gains_nothing(longer, own)
-    is_other = found.cost < limit and worthy
-    whole = search(objective, found.policy if is_other else own, evaluations)
-    if (is_other or not stays) and _stays(objective, whole.policy):
-        whole = search(objective, whole.policy, evaluations)
-    return dataclasses.replace(whole, evaluations=count)
+    def _tell(self, cost: float, more: int) -> None:
+        if self._progress is not None:
+            self._progress(cost, self.evaluations + more)
 
 
 def _until(objective: Objective, part: float) -> Objective:
