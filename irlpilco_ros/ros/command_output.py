@@ -119,8 +119,10 @@ class CommandOutput:
     def others(self) -> str:
         """Say who else could command the robot, as far as is known; empty if nobody."""
         own = self._node.get_fully_qualified_name()
-        nodes = self._node.get_node_names_and_namespaces()
-        if sum(f"{space.rstrip('/')}/{name}" == own for name, space in nodes) > 1:
+        # Each node tells of its parameters, and is known there for as long as it lives. In the list
+        # of nodes one that ends as soon as it is known stays for ever, now and then.
+        nodes = self._node.get_publishers_info_by_topic("/parameter_events")
+        if sum(full_name(each) == own for each in nodes) > 1:
             return f"there is a second node {own}; stop one of them"
         for publisher in filter(None, (self._commands, self._velocities, self._trajectories)):
             topic = publisher.topic_name
