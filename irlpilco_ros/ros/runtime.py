@@ -35,6 +35,8 @@ GRACE = 0.1
 LEAVING = 10.0
 """How long the middleware may take to let a node go [s]; some hundredths are usual."""
 
+_STDERR = 2  # not sys.stderr, which is None for a process that is started without one
+
 _BAD_START = (
     IrlPilcoError,
     InvalidParameterTypeException,
@@ -104,7 +106,7 @@ def _leave(node: Node) -> None:
     ever, about once in a thousand times, and with Python's lock held: no thread of Python could
     end it. All that counts is said and done by now.
     """
-    faulthandler.dump_traceback_later(LEAVING, exit=True)
+    faulthandler.dump_traceback_later(LEAVING, exit=True, file=_STDERR)
     node.destroy_node()
     rclpy.try_shutdown()
     faulthandler.cancel_dump_traceback_later()
